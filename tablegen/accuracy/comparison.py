@@ -3,12 +3,10 @@
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from numpy.typing import ArrayLike
-
 from sampler.formats.channels import STATE
 from tablegen.accuracy.descriptive import Profile, profile
-from tablegen.accuracy.metrics import as_sample
 from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
+from tablegen.model.float_array import FloatArray
 
 
 @dataclass(frozen=True)
@@ -61,8 +59,8 @@ class Comparison(Measured):
 
 
 def compare(
-    table_state: ArrayLike,
-    direct_state: ArrayLike,
+    table: FloatArray,
+    direct: FloatArray,
     alpha_deg: float,
     speed: float,
     seed: int = 0,
@@ -74,7 +72,6 @@ def compare(
     The impact angle is in degrees from the wall, the speed in m/s. The seed selects the projection
     directions and the classifier. ``variables`` names the d columns; ``own``: see `Measured`.
     """
-    table, direct = as_sample("table", table_state, 4), as_sample("direct", direct_state, 4)
     return Comparison(
         alpha_deg=float(alpha_deg),
         speed=float(speed),

@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter1d
 
-from sampler.errors import InputError
 from sampler.formats.channels import STATE
-from tablegen.accuracy.metrics import CONSTANT_SPREAD, as_sample
+from tablegen.accuracy.metrics import CONSTANT_SPREAD
 from tablegen.model.float_array import FloatArray
 
 
@@ -28,9 +26,8 @@ class Profile:
     scattering_standard_deviation_deg: tuple[float, float]
 
 
-def profile(state: ArrayLike, variables: tuple[str, ...] = STATE) -> Profile:
+def profile(states: FloatArray, variables: tuple[str, ...] = STATE) -> Profile:
     """Describe one sample (n, d); energy and angles take u, v, w, or 0 for missing ones."""
-    states = as_sample("state", state)
     full = np.zeros((len(states), len(STATE)))
     for k, name in enumerate(variables):
         if name in STATE:
@@ -47,7 +44,7 @@ def profile(state: ArrayLike, variables: tuple[str, ...] = STATE) -> Profile:
     )
 
 
-def modes(sample: ArrayLike) -> FloatArray:
+def modes(values: FloatArray) -> FloatArray:
     """Estimate the most probable value of each variable of a sample (n, d), shape (d,).
 
     The peak of a kernel density estimate: a fine histogram smoothed with a Gaussian, and a parabola
@@ -58,32 +55,23 @@ def modes(sample: ArrayLike) -> FloatArray:
     Source: Chacon, Duong, Wand, "Asymptotics for general multivariate kernel density derivative
     estimators", Statistica Sinica 21 (2011).
     """
-    values = as_sample("sample", sample)
     return np.array([_mode(values[:, k]) for k in range(values.shape[1])])
 
 
-def scattering_angles(state: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def scattering_angles(state: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Compute alpha2 and beta2, (n,) each in radians, of states (n, 6) that leave the wall.
 
     alpha2 is the angle in the impact plane from the wall's forward direction to (u, v), in (0, pi).
     beta2 is the angle out of the impact plane, in [-pi/2, pi/2], with the sign of w.
     Source: Panfilov and Tsirkunov (2022), Figure 11.
     """
-    u, v, w = _as_state(state).T[:3]
+    u, v, w = state.T[:3]
     return np.arctan2(v, u), np.arctan2(w, np.hypot(u, v))
 
 
-def translational_energy(state: ArrayLike) -> FloatArray:
+def translational_energy(state: FloatArray) -> FloatArray:
     """Compute the translational energy of states (n, 6) over the initial one: u^2 + v^2 + w^2."""
-    return np.square(_as_state(state)[:, :3]).sum(axis=1)
-
-
-def _as_state(values: ArrayLike) -> FloatArray:
-    """Convert to rebound states (n, 6)."""
-    array = as_sample("state", values, rows=1)
-    if array.shape[1] != len(STATE):
-        raise InputError(f"state: got shape {array.shape}, allowed: (n, {len(STATE)})")
-    return array
+    return np.square(state[:, :3]).sum(axis=1)
 
 
 def _mode(values: FloatArray) -> float:

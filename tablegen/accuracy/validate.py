@@ -23,11 +23,10 @@ from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, Verdict, judge
 from tablegen.accuracy.joint_law import JointComparison
 from tablegen.accuracy.measure import LawAccuracy, measure, measure_spin
 from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
-from tablegen.accuracy.requested import asked_accuracy
 from tablegen.config.config import AccuracyTargets, Config, stored_config
 from tablegen.config.defaults import VALIDATE_CONDITIONS
 from tablegen.config.metric_table import metric_of, worst_spin_stored, worst_stored
-from tablegen.config.targets import SpinTargets
+from tablegen.config.targets import SpinTargets, asked_accuracy
 
 #: Bits of a random seed: few enough to type.
 _SEED_BITS = 32

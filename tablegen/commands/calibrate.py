@@ -74,14 +74,7 @@ class _ManyValues(options.Command):
     show_default=True,
     help="What measured spreads are for: simulated ones that are smaller may be as good.",
 )
-@click.option(
-    "--count",
-    type=options.COUNT,
-    default=CALIBRATE_COUNT,
-    show_default=True,
-    metavar="N",
-    help="Particles of each shape at each row.",
-)
+@shared.count(CALIBRATE_COUNT, "Particles of each shape at each row.")
 @options.seed("Seed of the particles and of the random starts.")
 @shared.speed("Impact speed of rows that state none.")
 @shared.wall_tilt(

@@ -33,13 +33,8 @@ from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
     metavar="F.csv|NAME",
     help="Measured rebounds: tables/MEASUREMENTS.md describes the file.",
 )
-@click.option(
-    "--count",
-    type=options.Integer(2, 2**32 - 1),
-    default=COMPARE_COUNT,
-    show_default=True,
-    metavar="N",
-    help="Particles of each shape at each condition.",
+@shared.count(
+    COMPARE_COUNT, "Particles of each shape at each condition.", options.Integer(2, 2**32 - 1)
 )
 @options.seed("Seed of the simulation.")
 @shared.speed("Impact speed of the rows that state none; needed if the restitution depends on it.")

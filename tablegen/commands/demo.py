@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -78,6 +78,7 @@ def _draw_both(config: "Config", output: Path) -> tuple["FloatArray", "FloatArra
     import numpy as np
 
     import sampler
+    from tablegen.evidence.benchmark import best_seconds
     from tablegen.simulation.simulate import simulate
 
     table, alpha1 = sampler.load(output), math.radians(_ALPHA_DEG)
@@ -88,8 +89,9 @@ def _draw_both(config: "Config", output: Path) -> tuple["FloatArray", "FloatArra
         return table.sample(alpha1, _SPEED, seed=1, index=index, threads=1, out=state)
 
     rebounds = simulate(config, alpha1, _SPEED, simulated, seed=1)
-    drawn = _seconds(draw) / count
-    direct = _seconds(lambda: simulate(config, alpha1, _SPEED, 20_000, seed=1, threads=1)) / 20_000
+    drawn = best_seconds(draw) / count
+    work = partial(simulate, config, alpha1, _SPEED, 20_000, seed=1, threads=1)
+    direct = best_seconds(work) / 20_000
     energy = (state[:, :3] ** 2).sum(axis=1)
     click.echo(
         f"2. Drawing {count:,} rebounds at {_ALPHA_DEG:g} degrees and {_SPEED:g} m/s\n"
@@ -99,16 +101,6 @@ def _draw_both(config: "Config", output: Path) -> tuple["FloatArray", "FloatArra
         f"{direct * 1e9:.0f} ns a simulated rebound: {direct / drawn:.0f} times faster"
     )
     return rebounds.state, state[:simulated]
-
-
-def _seconds(work: Callable[[], object]) -> float:
-    """Least processor time of a piece of work in a few runs, of which the first compiles."""
-    spent = []
-    for _ in range(4):
-        start = time.process_time()
-        work()
-        spent.append(time.process_time() - start)
-    return min(spent)
 
 
 def _picture_path(table: Path) -> Path:

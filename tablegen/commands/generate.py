@@ -10,9 +10,9 @@ import click
 
 from sampler import options
 from sampler.options import DONE, note
+from tablegen.commands import shared
 from tablegen.commands.shared import CONFIG
 from tablegen.commands.validate import print_spheres, print_verdict
-from tablegen.config.defaults import VALIDATE_CONDITIONS
 
 if TYPE_CHECKING:
     from tablegen.tables.generate import Generated
@@ -47,13 +47,7 @@ def resumable(output: Path) -> Iterator[None]:
 @options.output("T.h5", "Table to write.")
 @click.option("--resume", is_flag=True, help="Use the finished pieces of an interrupted run.")
 @click.option("--discard", is_flag=True, help="Remove the finished pieces of an interrupted run.")
-@click.option(
-    "--conditions",
-    type=options.CONDITIONS,
-    default=VALIDATE_CONDITIONS,
-    show_default=True,
-    help="Conditions between nodes at which the accuracy is measured and stored.",
-)
+@shared.conditions("Conditions between nodes at which the accuracy is measured and stored.")
 @click.option(
     "--samples",
     type=options.SAMPLES,

@@ -9,6 +9,7 @@ import click
 from sampler import options
 from sampler.errors import InputError
 from sampler.options import Named, Number
+from tablegen.config.defaults import VALIDATE_CONDITIONS
 from tablegen.model import model_bounds as bounds
 
 #: Name of a material pair or a scene, or the path of its file.
@@ -31,6 +32,18 @@ ANGLE = _within(bounds.ALPHA_DEG)
 SPEED = _within(bounds.SPEED)
 RATIO = _within(bounds.ASPECT)
 SPIN = _within(bounds.SPIN)
+
+
+def count(default: int, text: str, kind: Any = options.COUNT) -> Decorator:
+    """Add ``--count``, of particles."""
+    how: Any = {"default": default, "show_default": True, "metavar": "N"}
+    return click.option("--count", type=kind, help=text, **how)
+
+
+def conditions(text: str) -> Decorator:
+    """Add ``--conditions``, between the nodes of a table."""
+    how: Any = {"default": VALIDATE_CONDITIONS, "show_default": True}
+    return click.option("--conditions", type=options.CONDITIONS, help=text, **how)
 
 
 def speed(text: str) -> Decorator:

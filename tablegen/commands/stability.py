@@ -25,14 +25,7 @@ from tablegen.config.defaults import STABILITY_COUNT, STABILITY_FRICTION
 )
 @click.argument("pair", type=CONFIG, metavar="[PAIR|CONFIG.toml]", default="corundum-steel")
 @click.option("--quick", is_flag=True, help="2,368 cases: some 20 seconds on two cores.")
-@click.option(
-    "--count",
-    type=options.COUNT,
-    default=STABILITY_COUNT,
-    show_default=True,
-    metavar="N",
-    help="Particles a case.",
-)
+@shared.count(STABILITY_COUNT, "Particles a case.")
 @click.option(
     "--friction",
     type=options.Integer(0, 2**40),

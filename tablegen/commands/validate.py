@@ -10,7 +10,7 @@ from sampler import options
 from sampler.errors import InputError
 from sampler.files import json_text, write_text
 from sampler.options import DONE, MISSED
-from tablegen.config.defaults import VALIDATE_CONDITIONS
+from tablegen.commands import shared
 
 if TYPE_CHECKING:
     from sampler.formats.hdf5 import TableContents
@@ -28,13 +28,7 @@ if TYPE_CHECKING:
     ),
 )
 @options.table
-@click.option(
-    "--conditions",
-    type=options.CONDITIONS,
-    default=VALIDATE_CONDITIONS,
-    show_default=True,
-    help="Conditions between nodes, evenly spread over angle and speed.",
-)
+@shared.conditions("Conditions between nodes, evenly spread over angle and speed.")
 @click.option(
     "--alpha",
     type=options.ANGLE,

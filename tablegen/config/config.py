@@ -200,18 +200,10 @@ class Config(Record):
         return self.pair.restitution.coordinate(speed)
 
     def with_changes(self, changes: Tree) -> "Config":
-        """Change some fields, by the rules of a scene.
+        """Change some fields, by the rules of a scene; refuse an invalid result.
 
-        Parameters
-        ----------
-        changes : dict
-            Nested as in the file, for example ``{"table": {"seed": 2}}``. The paths of mesh
-            files are relative to the working folder.
-
-        Raises
-        ------
-        InputError
-            If the result is not a valid configuration.
+        Changes are nested as in the file, for example ``{"table": {"seed": 2}}``. The paths of
+        mesh files are relative to the working folder.
         """
         origin = f"{self.name}, changed"
         changes = _with_meshes(changes, origin, Path())
@@ -226,10 +218,6 @@ def load_config(name_or_path: str | Path) -> Config:
     name_or_path : str or Path
         A name that comes with the package, such as "corundum-steel", or the path of a file.
 
-    Returns
-    -------
-    Config
-
     Raises
     ------
     InputError
@@ -237,7 +225,7 @@ def load_config(name_or_path: str | Path) -> Config:
         field, what was given and what is allowed.
     """
     path = find_config(name_or_path)
-    return parse_config(_read_text(path), path.name, path.parent)
+    return parse_config(read_text(path), path.name, path.parent)
 
 
 def parse_config(text: str, origin: str, directory: Path | None = None) -> Config:
@@ -279,13 +267,13 @@ def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | 
     The laws of a pair file count as changes. Errors are those of `load_config`.
     """
     path = find_config(name_or_path)
-    tree = _with_meshes(parse_toml(_read_text(path), path.name), path.name, path.parent)
+    tree = _with_meshes(parse_toml(read_text(path), path.name), path.name, path.parent)
     named = tree.pop("pair") if isinstance(tree.get("pair"), str) else None
     tree.pop("name", None)
     return _checked(merged(tomllib.loads(config.text), tree), path.name), named
 
 
-def _read_text(path: Path) -> str:
+def read_text(path: Path) -> str:
     """Read a file, without the byte-order mark that some editors write."""
     try:
         return path.read_text(encoding="utf-8-sig")
@@ -301,7 +289,7 @@ def _pair_of_scene(reference: str, origin: str, directory: Path) -> Config:
         path = find_file("pair", directory / reference if is_path else reference, ".toml")
     except InputError as error:
         raise InputError(f"{origin}: {error}") from error
-    text = _read_text(path)
+    text = read_text(path)
     if isinstance(parse_toml(text, path.name).get("pair"), str):
         raise InputError(
             f"{origin}: pair: got '{reference}', which is a scene itself, allowed: a pair file"

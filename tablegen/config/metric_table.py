@@ -33,8 +33,6 @@ class Metric:
     digits: int = 4
     #: Least distance above that of equal laws that can be told from noise.
     floor: float = 0.0
-    #: Whether there is a number for each variable, of which the largest counts, or one in all.
-    per_variable: bool = False
     #: Whether a classifier finds it, which needs many states.
     learned: bool = False
     #: Largest number of states a side in the refinement of the grid. None: all; such a metric is
@@ -67,7 +65,6 @@ METRICS: dict[str, Metric] = {
         spin_presets={"compact": 0.09, "standard": 0.045, "fine": 0.04},
         joint_presets={"compact": 0.015, "standard": 0.005, "fine": 0.005},
         allowed={"ge": 1e-3, "le": 1.0},
-        per_variable=True,
     ),
     "sliced_wasserstein": Metric(
         label="sliced Wasserstein distance",
@@ -157,14 +154,9 @@ def metric_of(limit: str) -> Metric:
     return LATER[limit][0] if limit in LATER else METRICS[limit.removeprefix(JOINT)]
 
 
-def looser_than_compact(declared: Mapping[str, float]) -> list[str]:
-    """Find the metrics for which an accuracy allows more than the preset "compact"."""
-    return [name for name in METRICS if declared[name] > PRESETS["compact"][name]]
-
-
 def little_declared(declared: Mapping[str, float]) -> str:
     """Say for which metrics an accuracy allows more than the preset "compact"; "" if for none."""
-    names = looser_than_compact(declared)
+    names = [name for name in METRICS if declared[name] > PRESETS["compact"][name]]
     allowed = ", ".join(f"{name} {declared[name]:g}" for name in names)
     usual = ", ".join(f"{PRESETS['compact'][name]:g}" for name in names)
     text = f"the table declares little: {allowed}, where the preset compact has {usual}"

@@ -235,8 +235,7 @@ class Population(Record):
         except ValidationError as error:
             allowed = f"two ratios b/a and c/b, each {ASPECT.words}"
             raise InputError(f"aspect: got {shown((ba, cb))}, allowed: {allowed}") from error
-        spheres = set(self.shapes.positive()) == {"sphere"} and not self._weighty_meshes()
-        if spheres and aspect.values != (1.0, 1.0):
+        if self.only_spheres and aspect.values != (1.0, 1.0):
             raise InputError(f"aspect: got {shown((ba, cb))}, allowed for spheres: [1, 1]")
         return self.model_copy(update={"aspect": aspect})
 

@@ -1,9 +1,11 @@
-"""The accuracy that a table declares, with and without spin before the impact."""
+"""The accuracy that a table declares or a user asks for, with and without a spin law."""
 
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, ValidationError, create_model, model_validator
 
+from sampler.errors import InputError
+from tablegen.config.complaints import complaint
 from tablegen.config.field_types import Record
 from tablegen.config.metric_table import (
     JOINT,
@@ -28,6 +30,9 @@ def _fields_of(limits: dict[str, str]) -> dict[str, Any]:
 _LIMITS = {name: name for name in METRICS}
 _SPIN_LIMITS = _LIMITS | {f"{JOINT}{name}": name for name in JOINT_METRICS}
 _SPIN_LIMITS |= {name: name for name in LATER}
+#: Beginning of the names of the limits of the spin law, where a user asks for an accuracy.
+_SPIN = "spin_"
+
 _Accuracy: Any = create_model("_Accuracy", __base__=Record, **_fields_of(_LIMITS))
 _SpinAccuracy: Any = create_model("_SpinAccuracy", __base__=Record, **_fields_of(_SPIN_LIMITS))
 
@@ -69,3 +74,51 @@ class SpinTargets(_SpinAccuracy):
     def joint(self) -> JointTargets:
         """Limits over the impacts of chains."""
         return JointTargets(self.joint_ks, self.joint_auc)
+
+
+_Targets = TypeVar("_Targets", bound=Record)
+
+
+def asked_accuracy(declared: _Targets, text: str | None) -> _Targets:
+    """Read the accuracy that a law is held against: the declared one, changed by a text.
+
+    The text has a preset, limits, or both, separated by commas: "fine", "ks=0.01,auc=0.56",
+    "standard,auc=0.6". A preset counts for both laws. Limits of the spin law begin with "spin_",
+    such as "spin_ks=0.03", and limits that are not named stay as declared. `InputError` says what
+    is wrong with the text.
+    """
+    if text is None:
+        return declared
+    record, (limits, spin), prefix = type(declared), _parsed(text), ""
+    if isinstance(declared, SpinTargets):
+        limits, prefix = spin, _SPIN
+    whole = limits if "preset" in limits else {**declared.model_dump(), **limits}
+    try:
+        return record.model_validate(whole)
+    except ValidationError as error:
+        raise InputError(f"accuracy: {prefix}{complaint(error, record)}") from error
+
+
+def _parsed(text: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Parse the limits of the first-impact law and of the spin law."""
+    limits: dict[str, Any] = {}
+    spin: dict[str, Any] = {}
+    try:
+        for word in (part.strip() for part in text.split(",")):
+            name, sign, number = (part.strip() for part in word.partition("="))
+            of_spin = name.removeprefix(_SPIN)
+            if name in PRESETS and not sign:
+                limits = {"preset": name, **PRESETS[name]}
+                spin = {"preset": name, **SPIN_PRESETS[name]}
+            elif name in METRICS:
+                limits[name] = float(number)
+            elif of_spin != name and of_spin in SPIN_PRESETS["standard"]:
+                spin[of_spin] = float(number)
+            else:
+                raise ValueError(name)
+    except ValueError:
+        raise InputError(
+            f"accuracy: got {text!r}, allowed: {', '.join(PRESETS)}, or limits such as "
+            f"ks=0.01,auc=0.56 (of {', '.join(METRICS)}), or both"
+        ) from None
+    return limits, spin

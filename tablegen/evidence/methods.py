@@ -173,10 +173,8 @@ def table_method(name_or_path: str) -> SamplingMethod:
 def other_table(name_or_path: str, table: Table) -> SamplingMethod:
     """Make the method of draws from another table of the same pair, wherever `table` can be drawn.
 
-    Raises
-    ------
-    InputError
-        If the pair is another, variables are left out, or the range does not hold that of `table`.
+    Raises `InputError` if the pair is another, variables are left out, or the range does not hold
+    that of `table`.
     """
     other = load_whole(name_or_path)
     if other.pair != table.pair:

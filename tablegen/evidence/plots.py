@@ -195,12 +195,7 @@ def window(state: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def joint_density(state: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
-    """Density of u and v in bins with these edges; states outside count in the total.
-
-    Returns
-    -------
-    float64 array, shape (len(u) - 1, len(v) - 1)
-    """
+    """Density of u and v in bins with these edges; states outside count in the total."""
     counts, _, _ = np.histogram2d(state[:, 0], state[:, 1], bins=(u, v))
     density: FloatArray = counts / (len(state) * (u[1] - u[0]) * (v[1] - v[0]))
     return density

@@ -61,10 +61,7 @@ class Grid:
     def narrowed(self, axes: "Grid") -> "Grid":
         """Replace the axes of this grid by the axes of `axes` that are not empty.
 
-        Raises
-        ------
-        InputError
-            If the only shape is the sphere, and a ratio is not 1.
+        Raises `InputError` if the only shape is the sphere, and a ratio is not 1.
         """
         if axes.shapes == ("sphere",) and set(axes.aspects) - {(1.0, 1.0)}:
             ba, cb = axes.aspects[0]

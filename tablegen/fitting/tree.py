@@ -117,14 +117,3 @@ def joined(still: Tree, still_leaves: int, spinning: Tree) -> Tree:
         np.concatenate([[NO_SPIN], still.cut, spinning.cut]),
         np.concatenate([root, below, above]).astype(np.int32),
     )
-
-
-def find_leaves(tree: Tree, q: FloatArray) -> NDArray[np.int64]:
-    """Find the leaf numbers, (n,), of folded conditions (n, 5)."""
-    values = np.column_stack([q, np.sum(q[:, 2:] ** 2, axis=1)])
-    at = np.zeros(len(q), dtype=np.int64)
-    while (going := np.flatnonzero(at >= 0)).size:
-        node = at[going]
-        side = values[going, tree.axis[node]] >= tree.cut[node]
-        at[going] = tree.child[node, side.astype(np.int64)]
-    return -1 - at

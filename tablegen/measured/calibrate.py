@@ -113,10 +113,6 @@ def calibrate(
     progress : bool
         Say the cost before the search, and show a progress bar, on standard error.
 
-    Returns
-    -------
-    Calibration
-
     Raises
     ------
     InputError
@@ -184,11 +180,9 @@ def _check_spreads(
     measurements: Measurements, config: Config, free: Sequence[str], wall_tilt_deg: float
 ) -> None:
     """Refuse measured spreads if all rebounds of the pair are equal."""
-    population = config.population
-    spheres = set(population.shapes.positive()) == {"sphere"} and not population.meshes
     varied = wall_tilt_deg > 0.0 or any(n == WALL_TILT or n.startswith(SHAPES) for n in free)
     spread = [n for n, m in measurements.moments.items() if np.isfinite(m.std).any()]
-    if spheres and not varied and spread:
+    if config.population.only_spheres and not varied and spread:
         raise InputError(
             f"{spread[0]}{SPREAD}: got spreads, which spheres on a smooth wall do not have, "
             f"allowed: other shapes, or {WALL_TILT} among the free parameters"

@@ -123,10 +123,6 @@ def compare(
     progress : bool
         Show a progress bar on standard error.
 
-    Returns
-    -------
-    MeasuredComparison
-
     Raises
     ------
     InputError

@@ -118,10 +118,7 @@ def impact_speeds(
 ) -> FloatArray:
     """Choose the impact speed of each row, (n,), m/s: its own, or the given one.
 
-    Raises
-    ------
-    InputError
-        If a row states no speed, none is given, and the rebounds depend on the speed.
+    Raises `InputError` if there is neither, and the rebounds depend on the speed.
     """
     unstated = np.isnan(measured.speed)
     if speed is None and unstated.any() and pair.restitution.depends_on_speed:

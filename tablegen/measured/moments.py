@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tablegen.accuracy.descriptive import scattering_angles
 from tablegen.measured.measurements import QUANTITIES, SPREAD
 from tablegen.model.float_array import FloatArray
 
@@ -24,10 +25,8 @@ def variables_of(state: FloatArray) -> FloatArray:
     They are u and v over V, the angles from the wall in the impact plane and out of it [degrees],
     and omega_z a/V.
     """
-    u, v, w = state[:, 0], state[:, 1], state[:, 2]
-    in_plane = np.degrees(np.arctan2(v, u))
-    out_of_plane = np.degrees(np.arctan2(w, np.hypot(u, v)))
-    return np.column_stack((u, v, in_plane, out_of_plane, state[:, 5]))
+    angles = np.degrees(scattering_angles(state))
+    return np.column_stack((state[:, :2], *angles, state[:, 5]))
 
 
 class CentralMoments(NamedTuple):

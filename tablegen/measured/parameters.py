@@ -293,10 +293,8 @@ def make_parameters(
 ) -> tuple[Parameter, ...]:
     """Make the parameters of free names, with the pair and the roughness to start from.
 
-    Raises
-    ------
-    InputError
-        If a name is unknown or given twice, or a number to start from is out of its range.
+    Raises `InputError` if a name is unknown or given twice, or a number to start from is out of
+    its range.
     """
     allowed = allowed_names(config)
     for name in names:

@@ -15,6 +15,7 @@ import numpy as np
 from sampler.errors import InputError
 from sampler.files import commented_fields, find_measurements
 from tablegen.config.complaints import shown
+from tablegen.config.config import read_text
 from tablegen.measured.measurements import QUANTITIES, SPREAD, Measurements, Moments
 from tablegen.model.model_bounds import ALPHA_DEG, SPEED
 
@@ -73,24 +74,13 @@ def read_measurements(name_or_path: str | os.PathLike[str]) -> Measurements:
     name_or_path : str or path-like
         A name that comes with the package, such as "grant-tabakoff-1975", or the path of a file.
 
-    Returns
-    -------
-    Measurements
-
     Raises
     ------
     InputError
         If there is no such file or name, or the file cannot be used.
     """
     path = find_measurements(name_or_path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{path.name}: got byte {error.object[error.start]:#04x} at position {error.start}, "
-            "allowed: UTF-8 text"
-        ) from error
-    return parse_measurements(text, path.stem, path.name)
+    return parse_measurements(read_text(path), path.stem, path.name)
 
 
 def parse_measurements(text: str, name: str, file: str) -> Measurements:

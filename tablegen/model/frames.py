@@ -128,13 +128,8 @@ def impact_angle(relative, e_y):
 def to_lab(impact, keys, out):
     """Replace a state by velocity (m/s) and angular velocity (rad/s) in the lab frame, in place.
 
-    Parameters
-    ----------
-    impact : tuple
-        Velocity [m/s], wall normal, half-size [m], velocity of the wall [m/s].
-    keys : tuple of three int
-        Seed, index and hit.
-    out : (6,) float64
+    ``impact``: velocity [m/s], wall normal, half-size [m], velocity of the wall [m/s]; ``keys``:
+    seed, index and hit.
     """
     velocity, normal, half_size, wall_velocity = impact
     relative = combine(1.0, velocity, -1.0, wall_velocity)

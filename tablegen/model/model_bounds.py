@@ -32,14 +32,9 @@ class Bounds:
         return f"{self.low:g} to {self.high:g}{self.unit}"
 
     def checked(self, name: str, value: Any) -> float:
-        """Return a number within the range; raises `InputError` for anything else.
+        """Return the number given for an argument; raises `InputError` if it is out of the range.
 
-        Parameters
-        ----------
-        name : str
-            Of the argument, for the message.
-        value : object
-            What was given; True and False, texts and arrays are no numbers.
+        True and False, texts and arrays are no numbers.
         """
         number = as_number(value)
         if not self.low <= number <= self.high:  # not a NaN either

@@ -178,23 +178,10 @@ def moments_of(population, shape, b_over_a, c_over_b):
 def tumble_all(population, numerics, grain, omega, time, orientation):
     """Turn particles by free rotation, WIDTH at a time.
 
-    Parameters
-    ----------
-    population : PopulationArguments
-    numerics : tuple
-        As of `tablegen.model.one_rebound.DirectArrays`.
-    grain : (n, 3) or (1, 3) float64
-        Shape code, b / a, c / b.
-    omega : (n, 3) float64
-        Angular velocities; where they are those of an instant, also output.
-    time : (n,) or (1,) float64
-    orientation : (n, 4) float64
-        Input and output: quaternions.
-
-    Returns
-    -------
-    tuple of int
-        First row that cannot be turned, or -1, and its code.
+    ``numerics`` as of `tablegen.model.one_rebound.DirectArrays`; ``grain`` (n, 3) or (1, 3): shape
+    code, b / a, c / b; ``time`` (n,) or (1,). Quaternions, ``orientation`` (n, 4), are read and
+    written, and so is ``omega`` (n, 3) where it is that of an instant. Returns the first row that
+    cannot be turned, or -1, and its code.
     """
     motion, moments = lane_array(MOTION_SIZE), lane_array(3)
     series, times = lane_array(9 * (ORDER + 1)).reshape(9, ORDER + 1, WIDTH), lane_array(1)

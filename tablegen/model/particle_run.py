@@ -78,33 +78,19 @@ def follow_one(law, population, condition, drawn, motion, storage, audit):
 
 @kernel
 def simulate_batch(law, population, conditions, keys, axes, state, collisions, kind, energy):
-    """Simulate particles, WIDTH at a time.
+    """Simulate particles, WIDTH at a time; return the row of the first that did not finish, or -1.
 
-    Parameters
-    ----------
-    law : LawArguments
-    population : PopulationArguments
-    conditions : (n, 9) or (1, 9) float64
-        Impact condition of each particle, or of all (`tablegen.model.impacts`).
-    keys : ParticleKeys
-    axes : (n, 6) float64
-        Wall axes n and x in body axes. Output: as a particle leaves; input where the keys say that
-        orientations are given.
-    state : (n, 6) float64
-        Output: velocities over V, angular velocities times a / V, wall axes.
-    collisions : (n,) int64
-        Output.
-    kind : (n, 3) float64
-        Shape code, with FIRST_MESH + k for mesh number k, b / a, c / b. Output, and input where
-        ``keys.grain`` is empty.
-    energy : (n, 2) or (n, 4) float64
-        Output: translational and rotational energy over the energy before the impact; with four
-        columns also the energies that the normal and the tangential impulses took.
+    ``conditions`` (n, 9) or (1, 9): the impact of each particle, or of all
+    (`tablegen.model.impacts`); ``keys``: `ParticleKeys`. Written are
 
-    Returns
-    -------
-    int
-        Row of the first particle that did not finish, or -1.
+    - ``axes`` (n, 6): wall axes n and x in body axes as a particle leaves; read before, where the
+      keys say that orientations are given;
+    - ``state`` (n, 6): velocities over V, angular velocities times a / V, wall axes;
+    - ``collisions`` (n,);
+    - ``kind`` (n, 3): shape code, with FIRST_MESH + k for mesh number k, b / a, c / b; read where
+      ``keys.grain`` is empty;
+    - ``energy`` (n, 2) or (n, 4): translational and rotational energy over the energy before the
+      impact, and the energies that the normal and the tangential impulses took.
     """
     draw_particles(population, keys, axes, kind)
     codes = FIRST_MESH + population.meshes.resolutions.size

@@ -303,9 +303,3 @@ def support_depth(body, n1, n2, n3):
         low = fma(p3, n3, fma(p2, n2, p1 * n1))
         depth = maximum(depth, -low)
     return depth
-
-
-@no_refcount_kernel
-def lowest_depth(body, n):
-    """Support function h(-n) for the wall normal ``n`` (3,) in body axes."""
-    return support_depth(body, n[0], n[1], n[2])

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 #: Most particles in a call of a kernel, longest call in seconds, and particles of the first calls,
 #: which show how long one takes: at grazing angles thousands of times longer than at others.
-_BATCH = 5_000
+BATCH = 5_000
 _CALL_SECONDS = 0.1
 _FIRST_CALL = 50
 
@@ -49,7 +49,7 @@ def in_slices(
         begin = time.perf_counter()
         result = work(part)
         per_second = (part.stop - part.start) / max(time.perf_counter() - begin, 1e-9)
-        size = int(min(max(_CALL_SECONDS * per_second, 1.0), _BATCH))
+        size = int(min(max(_CALL_SECONDS * per_second, 1.0), BATCH))
         return part, result
 
     start = 0

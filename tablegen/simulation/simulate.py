@@ -197,10 +197,6 @@ def simulate(
     progress : bool
         Show a progress bar on standard error.
 
-    Returns
-    -------
-    Simulation
-
     Raises
     ------
     InputError

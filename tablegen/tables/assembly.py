@@ -70,25 +70,33 @@ def assemble(
     Nodes come row by row: all speeds of the first angle, then of the second. ``spin_law`` are the
     datasets of `tablegen.fitting.spin_law.spin_law`, if the table has a spin law.
     """
+    datasets = {
+        "axes/alpha_deg": axes.alpha_deg,
+        "axes/alpha_span_deg": axes.alpha_deg[[0, -1]],
+        "axes/speed": axes.speed,
+        "axes/speed_span": axes.speed[[0, -1]],
+        "axes/alpha_coordinate": axes.alpha_coordinate,
+        "axes/speed_coordinate": axes.speed_coordinate,
+        "marginals/variate_knots": variate_knots(nodes[0].quantiles.shape[-1]),
+        **_stack(nodes, axes),
+        **accuracy_datasets([], len(config.domain.columns)),
+        **(spin_law or {}),
+    }
+    return contents_of(config, datasets, fitted_channels(config).names)
+
+
+def contents_of(
+    config: Config, datasets: Mapping[str, NDArray[Any]], channels: tuple[str, ...]
+) -> TableContents:
+    """Make the contents of the table of a configuration."""
     return TableContents(
-        datasets={
-            "axes/alpha_deg": axes.alpha_deg,
-            "axes/alpha_span_deg": axes.alpha_deg[[0, -1]],
-            "axes/speed": axes.speed,
-            "axes/speed_span": axes.speed[[0, -1]],
-            "axes/alpha_coordinate": axes.alpha_coordinate,
-            "axes/speed_coordinate": axes.speed_coordinate,
-            "marginals/variate_knots": variate_knots(nodes[0].quantiles.shape[-1]),
-            **_stack(nodes, axes),
-            **accuracy_datasets([], len(config.domain.columns)),
-            **(spin_law or {}),
-        },
+        datasets=datasets,
         pair=config.pair_name,
         config=config.text,
         seed=config.table.seed,
         software_version=sampler.__version__,
         variables=config.domain.columns,
-        channels=fitted_channels(config).names,
+        channels=channels,
         speed_independent=not config.pair.restitution.depends_on_speed,
         valid_speed=config.pair.restitution.valid_speed,
         omega=config.domain.omega,

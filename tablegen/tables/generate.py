@@ -80,10 +80,6 @@ def generate(
     on_cost : callable, optional
         Is called with the estimated cost, when one node has been fitted.
 
-    Returns
-    -------
-    Generated
-
     Raises
     ------
     InputError

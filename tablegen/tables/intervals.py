@@ -33,13 +33,10 @@ class Grid(NamedTuple):
     alpha_deg: tuple[float, ...]
     speed: tuple[float, ...]
 
-    def alpha_edges(self) -> list[Place]:
-        """Edges between neighbouring angles, at every speed."""
-        return [Place(pair, (v,)) for pair in pairwise(self.alpha_deg) for v in self.speed]
-
-    def speed_edges(self) -> list[Place]:
-        """Edges between neighbouring speeds, at every angle."""
-        return [Place((a,), pair) for pair in pairwise(self.speed) for a in self.alpha_deg]
+    def edges(self) -> list[Place]:
+        """Edges between neighbouring angles at every speed, then between neighbouring speeds."""
+        alpha = [Place(pair, (v,)) for pair in pairwise(self.alpha_deg) for v in self.speed]
+        return alpha + [Place((a,), pair) for pair in pairwise(self.speed) for a in self.alpha_deg]
 
     def cells(self) -> list[Place]:
         """Cells between two angles and two speeds."""
@@ -81,7 +78,7 @@ def refine(
     halve = partial(_halved, middles=(middle_alpha, middle_speed), most=most)
     limit = EDGE_LIMIT if min(map(len, grid)) > 1 else CENTRE_LIMIT
     while True:
-        errors = dict(measure(grid, grid.alpha_edges() + grid.speed_edges()))
+        errors = dict(measure(grid, grid.edges()))
         refined = halve(grid, {edge: error for edge, error in errors.items() if error > limit})
         if refined == grid:
             centres = measure(grid, grid.cells())

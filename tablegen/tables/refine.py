@@ -129,11 +129,6 @@ class NodeCache:
         )
 
 
-def fit_nodes(config: Config, grid: Grid, runner: TaskRunner) -> list[NodeArrays]:
-    """Fit all nodes of a grid, row by row, in the resolution that the configuration names."""
-    return NodeCache(config, runner).fit(resolution(config), product(*grid))
-
-
 def refine_grid(cache: NodeCache) -> RefinedGrid:
     """Choose the sizes, place the nodes and fit those that the cache does not have.
 

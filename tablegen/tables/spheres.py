@@ -4,17 +4,15 @@ from typing import Any
 
 import numpy as np
 
-import sampler
 from sampler.errors import refuse
 from sampler.formats.channels import channels_for
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.shape_codes import SHAPE_CODES
 from sampler.table import Table
 from tablegen.config.config import Config, stored_config
-from tablegen.fitting.law_conditions import least_inertia
 from tablegen.model.impacts import GRAZING
 from tablegen.simulation.direct import DirectModel
-from tablegen.tables.assembly import accuracy_datasets
+from tablegen.tables.assembly import accuracy_datasets, contents_of
 
 #: Impacts at which a table is compared with direct simulation.
 _IMPACTS = 10_000
@@ -39,27 +37,16 @@ def sphere_contents(config: Config) -> TableContents:
     restitution = law.restitution_law, law.coefficient, law.exponent
     numbers = resolution, *restitution, law.resistance_law, law.strength, law.factor
     ends: dict[str, Any] = {"alpha_deg": config.domain.alpha_deg, "speed": config.domain.speed}
-    return TableContents(
-        datasets={
-            **{f"axes/{name}": np.unique(np.array(pair)) for name, pair in ends.items()},
-            "spin/shape_codes": np.array([SHAPE_CODES["sphere"]]),
-            "spin/shape_weights": np.ones(1),
-            "spin/ratio_range": np.ones((1, 2, 2)),
-            "spin/aspect": np.array([(1.0, 0.0, 0.0, 1.0)] * 2),
-            "sphere/laws": np.array([*numbers, law.numbers.size, *law.numbers, *law.resistances]),
-            **accuracy_datasets([], len(columns)),
-        },
-        pair=config.pair_name,
-        config=config.text,
-        seed=config.table.seed,
-        software_version=sampler.__version__,
-        variables=columns,
-        channels=channels_for(columns),
-        speed_independent=not config.pair.restitution.depends_on_speed,
-        valid_speed=config.pair.restitution.valid_speed,
-        omega=config.domain.omega,
-        least_inertia=least_inertia(config.population),
-    )
+    datasets = {
+        **{f"axes/{name}": np.unique(np.array(pair)) for name, pair in ends.items()},
+        "spin/shape_codes": np.array([SHAPE_CODES["sphere"]]),
+        "spin/shape_weights": np.ones(1),
+        "spin/ratio_range": np.ones((1, 2, 2)),
+        "spin/aspect": np.array([(1.0, 0.0, 0.0, 1.0)] * 2),
+        "sphere/laws": np.array([*numbers, law.numbers.size, *law.numbers, *law.resistances]),
+        **accuracy_datasets([], len(columns)),
+    }
+    return contents_of(config, datasets, channels_for(columns))
 
 
 def largest_difference(contents: TableContents, seed: int | None) -> float:

@@ -148,27 +148,6 @@ def test_reflection_has_the_stored_probability(script, stored):
 
 
 @pytest.mark.parametrize(
-    ("alpha1", "speed", "code"),
-    [
-        (np.nan, 100.0, sampler.NOT_FINITE),
-        (np.inf, 100.0, sampler.NOT_FINITE),
-        (0.5, np.nan, sampler.NOT_FINITE),
-        (0.5, -np.inf, sampler.NOT_FINITE),
-        (0.0, 100.0, sampler.NOT_APPROACHING),
-        (-0.1, 100.0, sampler.NOT_APPROACHING),
-        (np.pi / 2 + 1e-9, 100.0, sampler.NOT_APPROACHING),
-        (0.5, 0.0, sampler.SPEED_NOT_POSITIVE),
-        (0.5, -1.0, sampler.SPEED_NOT_POSITIVE),
-    ],
-)
-def test_refused_conditions_write_nothing(table, alpha1, speed, code):
-    state = np.full(6, -7.0)
-    assert sampler.draw(table.handle, alpha1, speed, None, 1, 2, 3, state) == code
-    assert code < 0
-    np.testing.assert_array_equal(state, -7.0)
-
-
-@pytest.mark.parametrize(
     ("alpha1", "speed", "nearest"),
     [
         (1e-9, 100.0, (np.deg2rad(20.0), 100.0)),

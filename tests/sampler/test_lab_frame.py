@@ -156,34 +156,6 @@ def test_threshold_of_normal_impact(table):
     np.testing.assert_allclose(below, exactly, atol=1e-8)
 
 
-GOOD = ((60.0, -80.0, 0.0), (0.0, 1.0, 0.0), 1e-5, (0.0, 0.0, 0.0))
-
-
-@pytest.mark.parametrize(
-    ("place", "value", "code"),
-    [
-        (0, (np.nan, -1.0, 0.0), errors.NOT_FINITE),
-        (1, (0.0, np.inf, 0.0), errors.NOT_FINITE),
-        (2, np.nan, errors.NOT_FINITE),
-        (3, (0.0, 0.0, np.nan), errors.NOT_FINITE),
-        (0, (1e200, -1e200, 0.0), errors.NOT_FINITE),
-        (1, (0.0, 0.0, 0.0), errors.NORMAL_NOT_USABLE),
-        (2, 0.0, errors.HALF_SIZE_NOT_POSITIVE),
-        (2, -1.0, errors.HALF_SIZE_NOT_POSITIVE),
-        (2, 1e-310, errors.HALF_SIZE_NOT_POSITIVE),
-        (0, (0.0, -1e-170, 0.0), errors.SPEED_NOT_POSITIVE),
-        (0, (0.0, 0.0, 0.0), errors.SPEED_NOT_POSITIVE),
-        (0, (60.0, 80.0, 0.0), errors.NOT_APPROACHING),
-        (0, (60.0, 0.0, 0.0), errors.NOT_APPROACHING),
-    ],
-)
-def test_refused_impacts_write_nothing(table, place, value, code):
-    arguments = [*GOOD[:place], value, *GOOD[place + 1 :]]
-    out = np.full(6, -7.0)
-    assert sampler.rebound(table.handle, *arguments, None, 1, 2, 3, out) == code
-    np.testing.assert_array_equal(out, -7.0)
-
-
 def test_the_smallest_and_fastest_that_are_taken_have_finite_spins(table):
     for velocity, half_size in ((1e-150, 1e-30), (1e149, 1e-30), (1e149, 1e308)):
         out = np.empty(6)

@@ -93,16 +93,6 @@ def test_wrong_isotropic_is_refused(shipped, isotropic, roughness):
         shipped.rebound((1.0, -1.0, 0.0), UP, 1e-5, **given)
 
 
-def test_receding_particles_are_refused(shipped):
-    for velocity in ((1.0, 1.0, 0.0), (1.0, 0.0, 0.0)):
-        with pytest.raises(sampler.InputError, match=r"velocity: got .* towards the wall"):
-            shipped.rebound(velocity, UP, 1e-5, seed=1, index=0, roughness=0.1)
-    with pytest.raises(sampler.InputError, match="1e-150 m/s or more relative to the wall"):
-        shipped.rebound(AT_REST, UP, 1e-5, seed=1, index=0, roughness=0.1)
-    with pytest.raises(sampler.InputError, match="velocity: got nan"):
-        shipped.rebound([np.nan, -1.0, 0.0], UP, 1e-5, seed=1, index=0, roughness=0.1)
-
-
 def test_facets_outside_of_the_table_are_counted_or_refused():
     """The mean condition is inside; a facet within half a degree of the path is not."""
     velocity = np.tile([100.0, -2.0, 0.0], (2000, 1))

@@ -63,16 +63,6 @@ class TestSample:
         np.testing.assert_array_equal(states[HITS == 0], fresh[HITS == 0])
         assert (states != fresh)[HITS > 0].any()
 
-    def test_any_threads_any_batch(self, table):
-        alpha1, speed, spin = conditions()
-        whole = table.sample(alpha1, speed, spin=spin, **KEYS)
-        again = table.sample(alpha1, speed, spin=spin, threads=3, **KEYS)
-        np.testing.assert_array_equal(again, whole)
-        part = slice(33, 90)
-        keys = {"seed": 5, "index": INDEX[part], "hit": HITS[part]}
-        some = table.sample(alpha1[part], speed[part], spin=spin[part], **keys)
-        np.testing.assert_array_equal(some, whole[part])
-
     def test_own_grain_is_the_one_given(self, table):
         alpha1, speed, spin = conditions()
         grains = table.grains(5, INDEX)
@@ -100,14 +90,6 @@ class TestSample:
         np.testing.assert_array_equal(
             table.sample(alpha1, speed, **KEYS), plain.sample(alpha1, speed, **KEYS)
         )
-
-    def test_out_and_single_precision(self, table):
-        alpha1, speed, spin = conditions()
-        states = table.sample(alpha1, speed, spin=spin, **KEYS)
-        for kind in (np.float64, np.float32):
-            out = np.empty((N, 6), kind)
-            assert table.sample(alpha1, speed, spin=spin, out=out, **KEYS) is out
-            np.testing.assert_array_equal(out, states.astype(kind))
 
     def test_moments_are_those_of_draws(self, table):
         spin, index = (0.3, 0.1, -0.8), np.arange(20_000)
@@ -240,12 +222,6 @@ class TestRebound:
         forgetful = plain.rebound(velocity, normal, 1e-5, roughness=0.4, **KEYS)
         same = (np.hstack(rough) == np.hstack(forgetful)).all(axis=1)
         assert 0.2 < same.mean() < 1.0
-
-    def test_no_roughness_is_a_smooth_wall(self, table):
-        velocity, normal, omega = lab()
-        smooth = table.rebound(velocity, normal, 1e-5, omega=omega, **KEYS)
-        rough = table.rebound(velocity, normal, 1e-5, omega=omega, roughness=0.0, **KEYS)
-        np.testing.assert_array_equal(rough.velocity, smooth.velocity)
 
 
 def wild(seed):

@@ -18,10 +18,9 @@ from tablegen.accuracy.decision import (
     limits,
 )
 from tablegen.accuracy.noise_corrected import Estimate
-from tablegen.accuracy.requested import asked_accuracy
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS
-from tablegen.config.targets import SpinTargets
+from tablegen.config.targets import SpinTargets, asked_accuracy
 
 TARGETS = AccuracyTargets(ks=0.03, sliced_wasserstein=0.02, correlation_error=0.05, auc=0.7)
 SPIN = SpinTargets(**SPIN_PRESETS["compact"])

@@ -1,6 +1,7 @@
 """How accuracy is measured: random numbers, numbers of states, nodes, and spin laws."""
 
 import sys
+from itertools import product
 
 import numpy as np
 import pytest
@@ -31,10 +32,11 @@ from tablegen.config.metric_table import METRICS, PRESETS, SPIN_PRESETS, worst_s
 from tablegen.config.targets import JointTargets, SpinTargets
 from tablegen.fitting import node
 from tablegen.fitting.node import node_stream
+from tablegen.fitting.resolution import resolution
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import first_grid, make_axes
-from tablegen.tables.refine import fit_nodes
+from tablegen.tables.refine import NodeCache
 
 MEASURE = sys.modules[measure.__module__]
 PLACES = (Place(40.0, 100.0), Place(38.0, 250.0))
@@ -61,7 +63,7 @@ def streams(monkeypatch):
 
 
 def test_nodes_and_measurements_never_see_the_same_particles(streams):
-    nodes = fit_nodes(ROUGH, first_grid(ROUGH), TaskRunner())
+    nodes = NodeCache(ROUGH, TaskRunner()).fit(resolution(ROUGH), product(*first_grid(ROUGH)))
     table = Table(assemble(ROUGH, make_axes(ROUGH), nodes))
     # the seed of the nodes: only the streams differ
     seed = ROUGH.table.seed

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from scipy.stats import wasserstein_distance
 
-from sampler.errors import InputError
 from sampler.formats.layout import DATASETS
 from tablegen.accuracy.comparison import compare
 from tablegen.accuracy.descriptive import modes, profile, scattering_angles, translational_energy
@@ -72,7 +71,8 @@ def test_kolmogorov_smirnov_of_shifted_uniforms():
     expected = np.minimum(np.abs(shifts), 1.0)
     np.testing.assert_allclose(ks_distances(reference + shifts, reference), expected, atol=2e-3)
     # F_a jumps by 1/2 at 0 and 1; F_b by 1/4, 1/4, 1/2 at 0, 1, 2: largest gap 1/2 at 1
-    assert ks_distances([[0.0], [1.0]], [[0.0], [1.0], [2.0], [2.0]])[0] == 0.5
+    two, four = np.array([[0.0, 1.0]]).T, np.array([[0.0, 1.0, 2.0, 2.0]]).T
+    assert ks_distances(two, four)[0] == 0.5
 
 
 class TestSlicedWasserstein:
@@ -175,24 +175,7 @@ def test_less_than_the_resolution_counts_as_nothing():
 def test_every_metric_has_its_functions_and_the_file_stores_metrics_only():
     assert list(DISTANCES) == list(ESTIMATES) == list(METRICS)
     stored = {d.path: len(d.dims) for d in DATASETS if d.path.startswith("accuracy/")}
-    known = {f"accuracy/{n}": 1 + m.per_variable for n, m in METRICS.items()}
+    known = {f"accuracy/{n}": 1 + (n == "ks") for n in METRICS}
     conditions = {"accuracy/alpha_deg": 1, "accuracy/speed": 1}
     assert stored.items() <= (known | conditions).items()
     assert len(stored) > len(conditions)
-
-
-def test_bad_samples_are_refused():
-    sample = correlated(1, count=100)
-    broken = sample.copy()
-    broken[17, 2] = np.nan
-    for distance in DISTANCES.values():
-        with pytest.raises(InputError, match=r"^reference: got nan at \[17, 2\], allowed: finite"):
-            distance(sample, broken, 64, 0)
-        with pytest.raises(InputError, match=r"^sample: got 5 columns, allowed: 6"):
-            distance(sample[:, :5], sample, 64, 0)
-        with pytest.raises(InputError, match=r"^sample: got shape \(1, 6\), allowed: \(n, d\)"):
-            distance(sample[:1], sample, 64, 0)
-    with pytest.raises(InputError, match=r"^state: got shape \(10, 5\), allowed: \(n, 6\)$"):
-        translational_energy(np.zeros((10, 5)))
-    with pytest.raises(InputError, match=r"^directions: got 0, allowed: at least 1$"):
-        sliced_wasserstein(np.eye(6), np.eye(6), directions=0)

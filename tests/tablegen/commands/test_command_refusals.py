@@ -49,12 +49,20 @@ def test_missing_and_unknown_words_are_named(refused):
         (("simulate", *flags(SIMULATE, {})), "--output"),
         (("generate", "corundum-steel"), "--output"),
         (("validate", "corundum-steel"), "--html"),
+        (("report",), "--html"),
+        (("stability",), "--html"),
     ],
 )
 def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, words, flag):
-    for module, work in ((SIMULATION, "simulate_condition"), (VALIDATION, "validate")):
+    for place, work in (
+        (SIMULATION, "simulate_condition"),
+        (VALIDATION, "validate"),
+        (REFINE, "fit_node"),
+        ("tablegen.evidence.report", "measure_report"),
+        ("tablegen.evidence.stability", "run_study"),
+    ):
+        module = importlib.import_module(place) if isinstance(place, str) else place
         monkeypatch.setattr(module, work, None)
-    monkeypatch.setattr(REFINE, "fit_node", None)
     for path, reason in (
         (tmp_path / "none" / "f", "a folder that exists"),
         (tmp_path, "a folder, allowed: a file name"),
@@ -81,7 +89,7 @@ class TestValidate:
         [
             (("--conditions", "0"), "'--conditions': got '0'"),
             (("--samples", "999"), "'--samples': got '999'"),
-            (("--alpha", "40"), "--alpha and --speed: got 1 and 0, "),
+            (("--alpha", "40", "--alpha", "41"), "--alpha and --speed: got 2 and 0, allowed: as m"),
             (("--alpha", "50", "--speed", "99"), "alpha: got 50 degrees, allowed: 35 to 45"),
             (("--accuracy", "good"), "accuracy: got 'good', allowed: compact, standard, fine"),
             (("--store", "--alpha", "40", "--speed", "99"), "--store: got it with --alpha"),

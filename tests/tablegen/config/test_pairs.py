@@ -4,6 +4,7 @@ import json
 import math
 import re
 import tomllib
+from itertools import product
 from typing import get_args
 
 import numpy as np
@@ -21,6 +22,7 @@ from tablegen.checkpoints import TaskRunner
 from tablegen.commands.inspect import identity, identity_text
 from tablegen.config.config import load_config, parse_config
 from tablegen.config.pairs import ResistanceLaw, RestitutionLaw, kernel_entries
+from tablegen.fitting.resolution import resolution
 from tablegen.measured.compare import compare
 from tablegen.model.contact_laws import restitution
 from tablegen.model.jit import kernel
@@ -28,7 +30,7 @@ from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import first_grid, make_axes
 from tablegen.tables.prune import pruned
-from tablegen.tables.refine import fit_nodes
+from tablegen.tables.refine import NodeCache
 
 # called from Python here
 restitution = kernel(restitution)
@@ -158,7 +160,9 @@ class TestSpeed:
     def test_tables_of_laws_without_it_cover_every_speed(self, tmp_path):
         changes = {"restitution": RESTITUTION["polynomial"] | SOURCE}
         config = ROUGH.with_changes({"pair": changes, "domain": {"extrapolate": True}})
-        nodes = fit_nodes(config, first_grid(config), TaskRunner())
+        nodes = NodeCache(config, TaskRunner()).fit(
+            resolution(config), product(*first_grid(config))
+        )
         contents = assemble(config, make_axes(config), nodes)
         write_table(tmp_path / "t.h5", contents)
         table = sampler.load(tmp_path / "t.h5", outside="raise")

@@ -141,9 +141,3 @@ def test_joint_density_is_that_of_the_sample():
     # states outside are not redistributed
     half = plots.joint_density(state, np.linspace(0.0, 0.5, 6), v)
     assert half.sum() * 0.1 * 0.2 == pytest.approx(0.5, abs=0.01)
-
-
-def test_a_page_in_no_folder_is_refused(refused, monkeypatch):
-    monkeypatch.setattr(reports, "measure_report", None)
-    line = refused("report", "--html", "none/there.html")
-    assert all(part in line for part in ("--html", "a folder that exists"))

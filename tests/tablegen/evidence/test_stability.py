@@ -263,10 +263,8 @@ def test_wrong_model_is_status_1_and_is_reported(run, tmp_path, monkeypatch, cha
 @pytest.mark.parametrize(
     ("words", "parts"),
     [
-        (("none/there.toml",), ("none/there.toml",)),
         (("--aspect", 1, "nan"), ("--aspect", "got 'nan'")),
         (("--shape", "sphere", "--aspect", 0.5, 1), ("aspect: got [0.5, 1]", "spheres")),
-        (("--html", "none/there.html"), ("--html", "a folder that exists")),
     ],
 )
 def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):

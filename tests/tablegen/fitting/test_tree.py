@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tablegen.fitting.tree import find_leaves, grow, joined
+from tablegen.fitting.tree import grow, joined
 
 RNG = np.random.default_rng(5)
 N = 4000
@@ -11,6 +11,17 @@ N = 4000
 def spread(n, still=False):
     q = RNG.uniform([0.1, 0.0, 0.0, -1.0, -1.0], [1.25, 0.7, 1.0, 1.0, 1.0], (n, 5))
     return q * [1, 1, 0, 0, 0] if still else q
+
+
+def find_leaves(tree, q):
+    """Find the leaf numbers, (n,), of folded conditions (n, 5)."""
+    values = np.column_stack([q, np.sum(q[:, 2:] ** 2, axis=1)])
+    at = np.zeros(len(q), dtype=np.int64)
+    while (going := np.flatnonzero(at >= 0)).size:
+        node = at[going]
+        side = values[going, tree.axis[node]] >= tree.cut[node]
+        at[going] = tree.child[node, side.astype(np.int64)]
+    return -1 - at
 
 
 def test_every_condition_is_in_one_leaf():

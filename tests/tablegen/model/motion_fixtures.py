@@ -6,7 +6,16 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from tablegen.config.config import load_config
-from tablegen.model.audit import AUDIT_SIZE
+from tablegen.model.audit import (
+    ANGULAR,
+    AUDIT_SIZE,
+    ENERGY,
+    FLIGHT_ENERGY,
+    FLIGHT_MOMENTUM,
+    NORMAL,
+    PENETRATION,
+    TANGENTIAL,
+)
 from tablegen.model.jit import kernel
 from tablegen.model.rebound import (
     LEFT,
@@ -32,6 +41,12 @@ TRUNCATION = POPULATION.truncation
 
 SHAPES = {name: code for name, code in SHAPE_CODES.items() if name != "mesh"}
 NON_SPHERICAL = tuple(name for name in SHAPES if name != "sphere")
+#: Violations of the laws that rounding and the flights may give.
+ALLOWED = np.zeros(AUDIT_SIZE)
+ALLOWED[[ENERGY, ANGULAR, NORMAL, TANGENTIAL]] = 1e-12
+ALLOWED[PENETRATION] = 1e-11
+ALLOWED[[FLIGHT_ENERGY, FLIGHT_MOMENTUM]] = 1e-9
+
 ACHIRAL = ("ellipsoid", "prism", "truncated-prism")
 
 

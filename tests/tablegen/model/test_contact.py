@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from tablegen.model.contact import contact_point
 from tablegen.model.rebound import CLEARANCE, HEIGHT, V, next_contact
 from tablegen.model.rotation import ORDER
-from tablegen.model.shapes import lowest_depth
+from tablegen.model.shapes import support_depth
 
 #: Instants at which the dense search looks, a radian of turning.
 DENSITY = 200
@@ -53,7 +53,7 @@ def falling_flight(rng, name, rate):
     body = body_of(name, *random_aspect(rng, 0.1))
     velocity = [0.3, rng.uniform(-1.0, 0.4), 0.0]
     motion = motion_of(random_rotations(rng, 1)[0], random_spin(rng, rate), velocity)
-    motion[HEIGHT] = lowest_depth(body, motion[3:6]) + 10.0 ** rng.uniform(-6.0, 0.0)
+    motion[HEIGHT] = support_depth(body, *motion[3:6]) + 10.0 ** rng.uniform(-6.0, 0.0)
     return body, motion
 
 
@@ -62,7 +62,7 @@ def launched_flight(rng, name, rate):
     body = body_of(name, *random_aspect(rng, 0.1))
     rotation, spin = random_rotations(rng, 1)[0], random_spin(rng, rate)
     motion, point = motion_of(rotation, spin, [0.3, -1e3, 0.0]), np.empty(3)
-    motion[HEIGHT] = lowest_depth(body, motion[3:6])
+    motion[HEIGHT] = support_depth(body, *motion[3:6])
     contact_point(body, motion, motion[HEIGHT], motion[V], point)
     motion[V] = 10.0 ** rng.uniform(-3.0, 0.0) - np.cross(spin, rotation @ point)[1]
     return body, motion
@@ -131,7 +131,7 @@ def test_dense_search_sees_a_contact_that_was_jumped_over():
 def lands(body, motion):
     """Contact point of a motion at the height of its first contact, and its gap."""
     point = np.empty(3)
-    motion[HEIGHT] = lowest_depth(body, motion[3:6])
+    motion[HEIGHT] = support_depth(body, *motion[3:6])
     return point, contact_point(body, motion, motion[HEIGHT], motion[V], point)
 
 

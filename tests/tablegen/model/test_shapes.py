@@ -8,7 +8,7 @@ from motion_fixtures import SHAPES, TRUNCATION, body_of
 from scipy.spatial import ConvexHull
 from scipy.special import roots_legendre
 
-from tablegen.model.shapes import lowest_depth
+from tablegen.model.shapes import support_depth
 
 POLYHEDRA = ("prism", "truncated-prism", "tetrahedron")
 #: Half-sizes b and c: cube, blunt, flat, needle, paper-thin.
@@ -99,7 +99,7 @@ def directions(count, seed):
 def test_depth_of_polyhedra_is_that_of_the_lowest_vertex(name, b, c):
     body = body_of(name, b, c)
     for n in directions(300, 5):
-        assert lowest_depth(body, n) == pytest.approx(-(body.candidates @ n).min(), abs=1e-15)
+        assert support_depth(body, *n) == pytest.approx(-(body.candidates @ n).min(), abs=1e-15)
 
 
 @pytest.mark.parametrize(("b", "c"), SIZES)
@@ -108,7 +108,7 @@ def test_depth_of_ellipsoids_bounds_their_surface_and_is_reached(b, c):
     sphere = directions(40_000, 7)
     for n in directions(60, 8):
         heights = (sphere * [1.0, b, c]) @ n
-        h = lowest_depth(body, n)
+        h = support_depth(body, *n)
         assert h == pytest.approx(np.linalg.norm([n[0], b * n[1], c * n[2]]), rel=1e-15)
         # 40,000 points leave no gap wider than about 0.03 rad, a shortfall of 5e-4
         assert h * (1.0 - 1e-3) <= -heights.min() <= h * (1.0 + 1e-15)
@@ -119,5 +119,5 @@ def test_depth_of_ellipsoids_bounds_their_surface_and_is_reached(b, c):
 def test_bounding_radius_is_the_largest_depth(name, b, c):
     body = body_of(name, b, c)
     n = np.vstack([directions(300, 9), -body.candidates / body.bounding_radius])
-    depths = [lowest_depth(body, direction / np.linalg.norm(direction)) for direction in n]
+    depths = [support_depth(body, *(direction / np.linalg.norm(direction))) for direction in n]
     assert max(depths) == pytest.approx(body.bounding_radius, rel=1e-14)

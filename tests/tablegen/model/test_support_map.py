@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from tablegen.config.mesh import mesh_particle
 from tablegen.config.support_map_builder import SLACK, make_map
 from tablegen.model.jit import kernel
-from tablegen.model.shapes import direction_cell, lowest_depth, support_range
+from tablegen.model.shapes import direction_cell, support_depth, support_range
 from tablegen.simulation.simulate import make_condition
 
 # called from Python here
@@ -90,7 +90,7 @@ def test_depth_is_that_of_the_lowest_of_all_vertices(name):
     particle = mesh_particle(posed(SOLIDS[name]))
     body = particle.body()
     for n in directions(np.random.default_rng(65), 500):
-        assert lowest_depth(body, n) == pytest.approx(-(particle.vertices @ n).min(), abs=1e-15)
+        assert support_depth(body, *n) == pytest.approx(-(particle.vertices @ n).min(), abs=1e-15)
 
 
 def without_map(particle):

@@ -1,15 +1,11 @@
 """Whole tables: the file, its accuracy, and bad configurations refused before any work."""
 
-import tomllib
-
-import h5py
 import numpy as np
 import pytest
 from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH, TINY
 
 import sampler
 from sampler.errors import InputError
-from sampler.formats.hdf5 import read_table
 from tablegen.accuracy.validate import validate, validate_contents
 from tablegen.config.config import load_config, parse_config
 from tablegen.fitting.marginals import rounded_quantiles
@@ -25,18 +21,6 @@ class TestFile:
         path = tmp_path / "again.h5"
         generate(parse_config(sampler.load(tiny.path).config, "t"), path, conditions=2)
         assert path.read_bytes() == tiny.path.read_bytes()
-
-    def test_every_dataset_has_units_and_a_name(self, tiny):
-        described = {}
-
-        def visit(name, node):
-            if isinstance(node, h5py.Dataset):
-                described[name] = (node.attrs.get("units"), node.attrs.get("long_name"))
-
-        with h5py.File(tiny.path) as file:
-            file.visititems(visit)
-        assert "accuracy/ks" in described
-        assert all(units and long_name for units, long_name in described.values())
 
     def test_nodes_lie_row_by_row(self, tiny):
         contents = tiny.generated.table.contents
@@ -89,18 +73,6 @@ def test_new_table_that_is_accepted_is_accepted_with_any_seed(tmp_path, monkeypa
     assert made.validation.missed == made.unmet == []
     for seed in range(10):
         assert validate(tmp_path / "t.h5", seed=seed).missed == []
-
-
-@pytest.mark.parametrize("mirror", [True, False])
-def test_symmetry_is_exact_where_it_is_asked_for(tmp_path, mirror):
-    config = ROUGH.with_changes({"table": {"mirror": mirror}})
-    generate(config, tmp_path / "t.h5", conditions=1)
-    contents = read_table(tmp_path / "t.h5")
-    assert tomllib.loads(contents.config)["table"]["mirror"] is mirror
-    halves = contents["dependence/reflection"][contents["dependence/reflection"] > 0] == 2048
-    quantiles = contents["marginals/quantiles"][..., 3:, :]
-    assert halves.all() == mirror
-    assert np.array_equal(quantiles, -quantiles[..., ::-1]) == mirror
 
 
 def constant(value):

@@ -68,7 +68,7 @@ def test_errors_of_the_result_are_below_the_limits():
     found = refine(START, recording(law), middle, middle, MANY)
     assert found.reached
     grid = found.grid
-    edges = grid.alpha_edges() + grid.speed_edges()
+    edges = grid.edges()
     assert max(map(law, edges)) <= EDGE_LIMIT
     assert max(map(law, grid.cells())) <= CENTRE_LIMIT
     assert found.worst == max(map(law, edges + grid.cells()))

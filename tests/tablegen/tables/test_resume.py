@@ -119,11 +119,6 @@ def test_interrupted_run_tells_how_to_continue(whole, tmp_path, monkeypatch):
     assert made_the_rest(tmp_path, monkeypatch, whole) == NODES - kept
 
 
-def test_damaged_checkpoint_is_made_again(killed, whole, tmp_path, monkeypatch):
-    killed[0].write_bytes(killed[0].read_bytes()[:-40])
-    assert made_the_rest(tmp_path, monkeypatch, whole) == NODES - len(killed) + 1
-
-
 def test_checkpoints_are_refused_without_a_flag_and_for_another_run(killed, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"of an unfinished run, allowed: --resume.* --discard"):
         made(tmp_path, monkeypatch)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from mesh_fixtures import (
     KNOWN,
-    PAIR,
     POPULATION,
     cylinder,
     grain,
@@ -17,33 +16,11 @@ from mesh_fixtures import (
     rebounds,
     tetrahedron,
 )
+from motion_fixtures import ALLOWED, random_rotations, run_rebound
 from scipy.spatial.transform import Rotation
 
 from tablegen.config.mesh import mesh_particle
-from tablegen.model.audit import (
-    ANGULAR,
-    AUDIT_SIZE,
-    ENERGY,
-    FLIGHT_ENERGY,
-    FLIGHT_MOMENTUM,
-    NORMAL,
-    PENETRATION,
-    TANGENTIAL,
-)
-from tablegen.model.jit import kernel
-from tablegen.model.rebound import LEFT, MOTION_SIZE, approach, rebound, wall_spin, workspace
 from tablegen.simulation.simulate import make_condition
-
-# called from Python here
-wall_spin = kernel(wall_spin)
-workspace = kernel(workspace)
-
-LAW = PAIR.kernel_arguments()
-
-ALLOWED = np.zeros(AUDIT_SIZE)
-ALLOWED[[ENERGY, ANGULAR, NORMAL, TANGENTIAL]] = 1e-12
-ALLOWED[PENETRATION] = 1e-11
-ALLOWED[[FLIGHT_ENERGY, FLIGHT_MOMENTUM]] = 1e-9
 
 
 def body_of(points):
@@ -52,29 +29,19 @@ def body_of(points):
     return particle.body(), particle.axes
 
 
-def rebound_of(body, rotation, alpha_deg):
-    """State and number of collisions of a body with an orientation (wall from body axes)."""
-    condition = make_condition(np.radians(alpha_deg), 200.0)
-    motion = np.empty(MOTION_SIZE)
-    motion[3:6], motion[6:9] = rotation[1], rotation[0]
-    approach(condition, body, motion)
-    status, collisions, _ = rebound(LAW, condition, body, motion, workspace(), np.empty(0))
-    assert status == LEFT
-    spin = wall_spin(body.moments, condition.instant, motion)
-    return np.array([*motion[9:12], *spin]), collisions
-
-
 def agree(first, second, alpha_deg, count=300):
     """Whether rebounds agree one by one; rounding may show in few, the longest, chains.
 
     Both are given as (body, axes): the orientation is that of the common axes in which each
     body's own ones are given by rows.
     """
-    differences = []
-    for rotation in Rotation.random(count, rng=np.random.default_rng(71)).as_matrix():
-        one, n_one = rebound_of(first[0], rotation @ first[1].T, alpha_deg)
-        two, n_two = rebound_of(second[0], rotation @ second[1].T, alpha_deg)
-        differences.append(np.abs(one - two).max() + (n_one != n_two))
+    condition, differences = make_condition(np.radians(alpha_deg), 200.0), []
+    for rotation in random_rotations(np.random.default_rng(71), count):
+        one, two = (
+            run_rebound(condition, body, rotation @ axes.T) for body, axes in (first, second)
+        )
+        other = one.collisions != two.collisions
+        differences.append(np.abs(one.state - two.state).max() + other)
     return np.quantile(differences, 0.9) < 1e-8 and np.mean(np.array(differences) > 1e-6) < 0.02
 
 
