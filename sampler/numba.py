@@ -153,6 +153,7 @@ def _function(symbol: str, arguments: dict[str, _Kind], *at: int) -> Callable[..
     def typed(typingctx: Any, *given: Any) -> Any:
         return _call(symbol, arguments, given, *at)
 
+    # numba takes the number and the names of the arguments from the signature
     kind = Parameter.POSITIONAL_OR_KEYWORD
     parameters = [Parameter(name, kind) for name in ("typingctx", *arguments)]
     typed.__signature__ = Signature(parameters)  # type: ignore[attr-defined]

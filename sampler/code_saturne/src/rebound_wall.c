@@ -55,7 +55,7 @@ static int has_works(void)
     const int n = rbt_components(table, columns);
     const int rough = settings.tilt_deg > 0.0 || settings.rsm > 0.0;
     for (int i = 0; i < n && !rough; i++)
-        if (columns[i] == 8)
+        if (columns[i] == 8) /* work of normal impulses */
             return 1;
     return 0;
 }
