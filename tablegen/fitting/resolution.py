@@ -1,5 +1,6 @@
 """How finely a table is resolved: the sizes of its nodes and of its spin law."""
 
+import math
 from typing import NamedTuple
 
 from sampler.formats.shape_codes import SHAPE_CODES
@@ -63,20 +64,25 @@ class SpinSizes(NamedTuple):
         return self._replace(leaves=max(self.leaves // 4, 1), still_leaves=1)
 
 
-#: Sizes by preset of the accuracy.
+#: Sizes by preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
-    "compact": SpinSizes(20, 16, 8, 8, 180_000, 65),
-    "standard": SpinSizes(44, 32, 8, 16, 300_000, 97),
-    "fine": SpinSizes(96, 40, 8, 16, 480_000, 129),
+    "compact": SpinSizes(80, 64, 8, 8, 180_000, 65),
+    "standard": SpinSizes(176, 128, 8, 16, 300_000, 97),
+    "fine": SpinSizes(384, 160, 8, 16, 480_000, 129),
 }
 
 
 def spin_sizes(config: Config) -> SpinSizes:
-    """Find the sizes that a configuration names, or those of its preset of accuracy."""
+    """Find the sizes that a configuration names, or those of its preset of accuracy.
+
+    All shapes share the leaves of a preset, so that tables of few shapes are as large and finer.
+    """
     table, preset = config.table, SPIN_SIZES[config.accuracy.preset]
+    shapes = len(config.population.kernel_arguments().shape_codes)
+    still_leaves = math.ceil(preset.still_leaves / shapes)
     return preset._replace(
-        leaves=table.spin_leaves or preset.leaves,
-        still_leaves=min(preset.still_leaves, table.spin_leaves or preset.still_leaves),
+        leaves=table.spin_leaves or math.ceil(preset.leaves / shapes),
+        still_leaves=min(still_leaves, table.spin_leaves or still_leaves),
         groups=table.spin_groups or preset.groups,
         experts=table.spin_experts or preset.experts,
         rebounds=table.spin_rebounds or preset.rebounds,
