@@ -122,14 +122,6 @@ def test_no_collision_ends_below_the_resolution_unless_it_is_elastic():
     assert miss_of_small_steps(matrix, velocity, 3.0, 3.0, 0.0, 1e-3) <= 1e-9 * 2.4e-3
 
 
-def test_another_friction_is_seen():
-    entries, velocity, friction = RARE["slips anew"]
-    matrix = matrix_of(entries)
-    made, _ = collision(matrix, velocity, 1.001 * friction, 0.5)
-    *after, _, _ = followed(friction, friction, tuple(entries), tuple(velocity), made[1])
-    assert np.abs(np.array(velocity) + matrix @ made - after).max() > 1e-6
-
-
 def test_without_friction_only_the_normal_velocity_changes():
     for entries, velocity, _ in RARE.values():
         matrix = matrix_of(entries)
