@@ -199,8 +199,8 @@ def test_a_path_that_does_not_end_is_an_error_that_names_the_row(monkeypatch):
             model.rebound(*given, seed=1, index=range(3), roughness=roughness)
     grain, work, out = (1.0, 0.8, 0.7), np.empty(model.work_size), np.zeros(6)
     none = (0.0, 0.0, 0.0)
-    given = model.arrays, 0.5, 100.0, none, grain, np.zeros(4)
-    assert tablegen.draw(*given, 1, 2, 0, work, out) == STILL_IN_CONTACT
+    given = model.arrays, (10.0, -20.0, 0.0), (0.0, 1.0, 0.0), 1e-5, none, none, grain
+    assert tablegen.rebound(*given, np.zeros(4), 1, 2, 0, work, out) == STILL_IN_CONTACT
     assert not out.any()
     monkeypatch.setattr(MaterialPair, "kernel_arguments", lambda *_: broken)
     for audited in (False, True):
