@@ -59,19 +59,6 @@ def test_statistics_are_those_of_python(work):
     assert wall.main(work) == 0
 
 
-def test_a_wrong_law_is_rejected(work):
-    direct = wall.direct_states(20_000)
-    folder = saturne_run.run(work, work / "wrong", 20, step=5e-4, particles=12_000, symmetry=2)
-    hits = box_run.read_hits(folder)
-    mirrored = hits.velocity - 2 * (hits.velocity * hits.normal).sum(axis=1)[:, None] * hits.normal
-    stock = hits._replace(new_velocity=mirrored, new_omega=hits.omega)
-    rows = wall.compare(stock, direct)
-    assert all(ks > 10 * wall.KS for _, _, ks, _ in rows)
-    # the right law at the next condition
-    rows = wall.compare(hits, [direct[k - 1] for k in range(len(direct))])
-    assert not any(wall.passes([row]) for row in rows)
-
-
 def test_every_wall_counts_and_the_spin_is_kept(table, first):
     started = box_run.read_particles(first, "start")
     ended = box_run.read_particles(first, "end")

@@ -78,21 +78,6 @@ def test_statistics_are_those_of_direct_simulation(work):
         assert min(row["hits"] for row in result["conditions"]) >= 20_000
 
 
-def test_a_wrong_law_is_rejected(work, tmp_path):
-    started = shots.make_shots(2_000)
-    stock = "standardWallInteraction;\n    standardWallInteractionCoeffs { type rebound; e 0.8; }"
-    edits = [(CLOUD, "patchInteractionModel tabulatedRebound;", f"patchInteractionModel {stock}")]
-    fields, _ = shots.run_shots(work, tmp_path / "case", started, "kinematic", edits=edits)
-    direct = wall.direct_states(20_000)
-    rows = wall.compare(started, shots.states(started, fields), direct)
-    assert all(max(row["ks"]) > 10 * wall.KS for row in rows)
-    # the right law at the speed of the next condition
-    neighbour = np.empty((started.condition.size, 6))
-    for k in range(len(direct)):
-        neighbour[started.condition == k] = direct[k - 1][:4_000]
-    assert not any(wall.passes([row]) for row in wall.compare(started, neighbour, direct))
-
-
 @both_clouds
 @one_and_two
 def test_every_wall_counts_and_the_spin_is_kept(work, table, started, cloud, processors, tmp_path):
