@@ -5,21 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 import saturne_run
+from first_hits import CONDITIONS, DIAMETER, HALF_SIZE, SEED, states_of
 from free_flight import fly
 
 import sampler
 
-#: Impact angles [rad] and speeds [m/s] of the first hit, as in cs_user_box.c.
-CONDITIONS = tuple(
-    (np.radians(alpha_deg), speed)
-    for alpha_deg, speed in ((5, 280), (15, 75), (30, 150), (45, 250), (60, 100), (90, 200))
-)
-SEED = 7
 VECTORS = Path(__file__).parents[1] / "vectors"
-HALF_SIZE = float(sampler.load("corundum-steel").mean_half_size(50e-6))
 #: Mass [kg], moment of inertia [kg m2] and diameter of a particle; gas density and viscosity.
-MASS = 3950.0 * np.pi / 6 * 50e-6**3
-INERTIA, GAS = 0.1 * MASS * 50e-6**2, (50e-6, 1.17862, 1.83337e-5)
+MASS = 3950.0 * np.pi / 6 * DIAMETER**3
+INERTIA, GAS = 0.1 * MASS * DIAMETER**2, (DIAMETER, 1.17862, 1.83337e-5)
 
 
 class Particles(NamedTuple):
@@ -124,18 +118,12 @@ def replay(table, started, end, seed=SEED, seen=None, **flight):
 
 
 def states(hits):
-    """States in the frame of each impact, shape (n, 6): velocities over V, spins times a/V."""
-    e_y = hits.normal
-    along = hits.velocity - (hits.velocity * e_y).sum(axis=1, keepdims=True) * e_y
-    along[is_normal(hits.index) & (hits.hit == 0)] = (1.0, 0.0, 0.0)
-    e_x = along / np.linalg.norm(along, axis=1, keepdims=True)
-    frame = np.stack([e_x, e_y, np.cross(e_x, e_y)], axis=1)
-    speed = np.linalg.norm(hits.velocity, axis=1, keepdims=True)
-    parts = [hits.new_velocity / speed, hits.new_omega * HALF_SIZE / speed]
-    return np.hstack([np.einsum("nij,nj->ni", frame, part) for part in parts])
+    """States in the frame of each impact, (n, 6)."""
+    straight = is_normal(hits.index) & (hits.hit == 0)
+    return states_of(hits.velocity, hits.normal, hits.new_velocity, hits.new_omega, straight)
 
 
-def of_condition(hits, k):
-    """Which hits are first ones on floor or lid with condition k."""
-    straight = (hits.hit == 0) & (np.abs(hits.normal[:, 1]) > 0.5)
-    return straight & (number(hits.index) % len(CONDITIONS) == k)
+def conditions(hits):
+    """Condition of each hit, -1 where it is not a first one on floor or lid."""
+    first = (hits.hit == 0) & (np.abs(hits.normal[:, 1]) > 0.5)
+    return np.where(first, number(hits.index) % len(CONDITIONS), -1)

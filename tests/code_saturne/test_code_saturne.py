@@ -7,6 +7,7 @@ import shutil
 from dataclasses import replace
 
 import box_run
+import first_hits
 import numpy as np
 import pytest
 import saturne_run
@@ -60,16 +61,17 @@ def test_statistics_are_those_of_python(work):
 
 
 def test_a_wrong_law_is_rejected(work):
-    direct = wall.direct_states(20_000)
+    direct = first_hits.direct_states(20_000)
     folder = saturne_run.run(work, work / "wrong", 20, step=5e-4, particles=12_000, symmetry=2)
     hits = box_run.read_hits(folder)
     mirrored = hits.velocity - 2 * (hits.velocity * hits.normal).sum(axis=1)[:, None] * hits.normal
     stock = hits._replace(new_velocity=mirrored, new_omega=hits.omega)
-    rows = wall.compare(stock, direct)
-    assert all(ks > 10 * wall.KS for _, _, ks, _ in rows)
+    rows = first_hits.compare(box_run.states(stock), box_run.conditions(hits), direct)
+    assert all(row.ks > 10 * first_hits.KS for row in rows)
     # the right law at the next condition
-    rows = wall.compare(hits, [direct[k - 1] for k in range(len(direct))])
-    assert not any(wall.passes([row]) for row in rows)
+    direct = [direct[k - 1] for k in range(len(direct))]
+    rows = first_hits.compare(box_run.states(hits), box_run.conditions(hits), direct)
+    assert not any(row.holds for row in rows)
 
 
 def test_every_wall_counts_and_the_spin_is_kept(table, first):

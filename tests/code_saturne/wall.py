@@ -16,16 +16,12 @@ from pathlib import Path
 import box_run
 import numpy as np
 import saturne_run
+from first_hits import CONDITIONS, REFERENCE, compare, direct_states, distances, print_rows
 
 import sampler
-from tablegen import load_config, simulate
-from tablegen.accuracy.metrics import correlation_error, ks_distances
 
-#: Allowed Kolmogorov-Smirnov distance of any component and error of any correlation.
-KS, CORRELATION = 0.02, 0.03
-#: Particles of each condition, and rebounds that they are compared with. With 40,000 first hits
-#: against 200,000 a distance above 0.0122 is noise less than once in 10,000 components.
-COUNT, REFERENCE = 40_000, 200_000
+#: Particles of each condition.
+COUNT = 40_000
 #: Of what a run is compared with.
 OTHER_SEED = 99
 STEP, STEPS = 5e-4, 40
@@ -35,22 +31,13 @@ DIFFERENCE = 1e-9
 SIDES = (0, 2)
 
 
-def direct_states(count, seed=11):
-    """States of each condition from direct simulation, (count, 6) each."""
-    config = load_config("corundum-steel")
-    return [
-        simulate(config, *condition, count, seed=seed, stream=k).state
-        for k, condition in enumerate(box_run.CONDITIONS)
-    ]
-
-
 def drawn_states(table, count):
     """States of each condition that Python draws for particles without spin, (count, 6) each."""
     states = []
-    for k, (alpha, speed) in enumerate(box_run.CONDITIONS):
-        index = np.arange(count, dtype=np.uint64) * np.uint64(len(box_run.CONDITIONS))
+    for k, (alpha, speed) in enumerate(CONDITIONS):
+        index = np.arange(count, dtype=np.uint64) * np.uint64(len(CONDITIONS))
         velocity = np.zeros((count, 3))
-        velocity[:, 0] = 0.0 if k == len(box_run.CONDITIONS) - 1 else speed * np.cos(alpha)
+        velocity[:, 0] = 0.0 if k == len(CONDITIONS) - 1 else speed * np.cos(alpha)
         velocity[:, 1] = -speed * np.sin(alpha)
         none = np.zeros((count, 3))
         normal = np.tile([0.0, 1.0, 0.0], (count, 1))
@@ -76,23 +63,7 @@ def _further(hits):
     return box_run.Hits(*(column[hits.hit > 0] for column in hits))
 
 
-def _row(name, sample, reference):
-    """Name, number of hits, largest KS distance and error of a correlation."""
-    ks = float(max(ks_distances(sample, reference)))
-    return name, len(sample), ks, correlation_error(sample, reference)
-
-
-def compare(hits, reference):
-    """Distances of first hits from the states of each condition."""
-    states = box_run.states(hits)
-    return [
-        _row(f"{np.degrees(alpha):.0f} deg, {speed} m/s", states[which], reference[k])
-        for k, (alpha, speed) in enumerate(box_run.CONDITIONS)
-        for which in [box_run.of_condition(hits, k)]
-    ]
-
-
-def difference_from_python(table, hits, spin=True):
+def difference_from_python(table, hits, spin):
     """Largest difference of a velocity [m/s] from the draw of Python with the same keys."""
     # straight on, the direction along the wall is as the frame of the face has it
     rows = ~(box_run.is_normal(hits.index) & (hits.hit == 0))
@@ -100,16 +71,11 @@ def difference_from_python(table, hits, spin=True):
     return float(np.abs(drawn - hits.new_velocity)[rows].max())
 
 
-def passes(rows):
-    """Whether every row is within what is allowed."""
-    return all(ks <= KS and correlation <= CORRELATION for _, _, ks, correlation in rows)
-
-
 def _runs(work, count):
     """Name of each run, its folder, and the hits that it has to show."""
     folder = work / "wall"
     shutil.rmtree(folder, ignore_errors=True)
-    given = {"step": STEP, "particles": count * len(box_run.CONDITIONS), "symmetry": len(SIDES)}
+    given = {"step": STEP, "particles": count * len(CONDITIONS), "symmetry": len(SIDES)}
     serial = saturne_run.run(work, folder / "serial", STEPS, **given)
     yield "serial", serial, box_run.read_hits(serial)
     half = saturne_run.run(work, folder / "half", STEPS // 2, **given)
@@ -127,18 +93,17 @@ def main(work, count=COUNT):
     drawn, direct = drawn_states(table, REFERENCE), direct_states(REFERENCE)
     good = True
     for name, folder, hits in _runs(work, count):
-        if name == "spin no":
-            rows, difference = compare(hits, direct), difference_from_python(table, hits, False)
-        else:
+        difference = difference_from_python(table, hits, spin=name != "spin no")
+        reference = direct if name == "spin no" else drawn
+        rows = compare(box_run.states(hits), box_run.conditions(hits), reference)
+        if name != "spin no":
             started = box_run.read_particles(folder, "start")
             further = further_hits(table, started, STEP * STEPS)
-            rows, difference = compare(hits, drawn), difference_from_python(table, hits)
             states = box_run.states(_further(hits)), box_run.states(further)
-            rows.append(_row("further hits", *states))
-        good = good and passes(rows) and difference < DIFFERENCE
+            rows.append(distances("further hits", *states))
+        good = good and all(row.holds for row in rows) and difference < DIFFERENCE
         print(f"{name}: largest difference from Python's draws {difference:.1e} m/s")
-        for row in rows:
-            print("  {:16}  {:6d} hits  KS {:.4f}  error of a correlation {:.4f}".format(*row))
+        print_rows(rows)
     return 0 if good else 1
 
 

@@ -5,21 +5,11 @@ from dataclasses import dataclass
 import foam_files
 import foam_run
 import numpy as np
+from first_hits import CONDITIONS, DIAMETER, HALF_SIZE, SEED, states_of
 from free_flight import fly
 
-import sampler
-
-#: Impact angles [rad] and speeds [m/s] relative to the wall.
-CONDITIONS = tuple(
-    (np.radians(alpha_deg), speed)
-    for alpha_deg, speed in ((5, 280), (15, 75), (30, 150), (45, 250), (60, 100), (90, 200))
-)
 IS_NORMAL = np.array([alpha == np.pi / 2 for alpha, _ in CONDITIONS])
-#: Seed of tabulatedReboundCoeffs.
-SEED = 7
-DIAMETER, DENSITY = 50e-6, 3950.0
-#: What the plugin takes by default [m].
-HALF_SIZE = float(sampler.load("corundum-steel").mean_half_size(DIAMETER))
+DENSITY = 3950.0
 #: Angular momentum over angular velocity of a parcel: OpenFOAM's sphere.
 INERTIA = 0.1 * DENSITY * np.pi / 6 * DIAMETER**5
 #: Velocities [m/s] of floor and lid, their normals into the gas, and their heights [m].
@@ -46,14 +36,6 @@ class Shots:
     wall: np.ndarray
     position: np.ndarray
     velocity: np.ndarray
-
-    def tangent(self):
-        """Unit vectors along the wall in the plane of each impact; x at normal impact."""
-        normal = NORMAL[self.wall]
-        relative = self.velocity - WALL_VELOCITY[self.wall]
-        along = relative - (relative * normal).sum(axis=1, keepdims=True) * normal
-        along[IS_NORMAL[self.condition]] = (1.0, 0.0, 0.0)
-        return along / np.linalg.norm(along, axis=1, keepdims=True)
 
 
 def make_shots(count, plane=False, seed=1):
@@ -128,21 +110,10 @@ def first_rebound(table, shots, with_spin=True):
 
 
 def states(shots, fields):
-    """States in the frame of each impact, from what OpenFOAM wrote.
-
-    Returns
-    -------
-    array, shape (n, 6), or (n, 3) where no spin was kept
-        u, v, w over V, and the angular velocities times a/V.
-    """
-    e_y = NORMAL[shots.wall]
-    e_x = shots.tangent()
-    frame = np.stack([e_x, e_y, np.cross(e_x, e_y)], axis=1)
-    speed = np.array([speed for _, speed in CONDITIONS])[shots.condition, None]
-    parts = [(fields["U"] - WALL_VELOCITY[shots.wall]) / speed]
-    if fields["omega"].any():
-        parts.append(fields["omega"] * HALF_SIZE / speed)
-    return np.hstack([np.einsum("nij,nj->ni", frame, part) for part in parts])
+    """States in the frame of each impact, from what OpenFOAM wrote, (n, 6)."""
+    wall, straight = WALL_VELOCITY[shots.wall], IS_NORMAL[shots.condition]
+    before, after = shots.velocity - wall, fields["U"] - wall
+    return states_of(before, NORMAL[shots.wall], after, fields["omega"], straight)
 
 
 def replay(table, started, end, roughness=None, isotropic=False, **flight):

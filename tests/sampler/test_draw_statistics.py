@@ -89,11 +89,6 @@ def test_marginals_at_a_node(standard_table, i, j):
     assert (_ks(scores * 1.05) > KS_BOUND).all()
 
 
-def test_marginals_of_another_node_are_refused(standard_table):
-    states = _node_draws(standard_table, 0, 0)
-    assert (_ks(_scores(standard_table.contents, states, _at_node(1, 0)))[:3] > KS_BOUND).all()
-
-
 def test_marginals_between_nodes(standard_table):
     """The quantile function between nodes is the average with the bilinear weights."""
     contents = standard_table.contents
@@ -134,20 +129,3 @@ def test_correlations_of_the_scores(standard_table):
     rng = np.random.default_rng(0)
     shuffled = np.array([rng.permutation(row) for row in scores])
     assert np.abs(np.corrcoef(shuffled) - expected).max() > bound
-
-
-def test_draws_are_mirror_symmetric(table):
-    """Odd moments of the mirrored components vanish, within 4.9 standard errors (1e-6)."""
-    states = table.sample(0.8, 140.0, seed=12, index=np.arange(N))
-    u, v, w, omega_x, omega_y, omega_z = states.T
-
-    def deviation(x):
-        return abs(x.mean()) / (x.std() / np.sqrt(N))
-
-    odd = [w, omega_x, omega_y, w * u, omega_x * v, omega_y * omega_z]
-    assert max(map(deviation, odd)) < 4.9
-    # Refused: the same mixture without its reflection.
-    plain = _without_reflection(table)
-    u, v, w, omega_x, omega_y, omega_z = plain.sample(0.8, 140.0, seed=12, index=np.arange(N)).T
-    odd = [w, omega_x, omega_y, w * u, omega_x * v, omega_y * omega_z]
-    assert max(map(deviation, odd)) > 4.9

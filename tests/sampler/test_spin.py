@@ -48,18 +48,16 @@ def lab(seed=2):
 
 
 class TestSample:
-    def test_batch_is_the_scalar_kernel(self, table):
+    def test_a_fresh_grain_is_the_own_one_at_hit_0_only(self, table):
+        """And that of the function for compiled code."""
         alpha1, speed, spin = conditions()
         states = table.sample(alpha1, speed, spin=spin, **KEYS)
         fresh = table.sample(alpha1, speed, spin=spin, grain="fresh", **KEYS)
         for k in range(0, N, 7):
             keys, three = (5, int(INDEX[k]), int(HITS[k])), tuple(spin[k])
-            assert sampler.draw(table.handle, alpha1[k], speed[k], three, *keys, OUT) >= 0
-            np.testing.assert_array_equal(OUT, states[k])
             grain = sampler.grain(table.handle, *keys)
             assert sampler.draw(table.handle, alpha1[k], speed[k], three, *keys, OUT, grain) >= 0
             np.testing.assert_array_equal(OUT, fresh[k])
-        # at hit 0 a fresh grain is the particle's own
         np.testing.assert_array_equal(states[HITS == 0], fresh[HITS == 0])
         assert (states != fresh)[HITS > 0].any()
 
@@ -126,20 +124,6 @@ class TestSpecification:
         assert (errors > 3e-4 * factor).sum() <= 0.01 * N
         assert np.median(errors) < 1e-4
 
-    def test_would_see_a_wrong_step(self):
-        """Words, spin and grain all matter to the specification."""
-        words, spin = key_words(5, 3, 1, 2), np.array([0.2, 0.3, -0.8])
-        base = reference_spin_draw(CONTENTS, 0.5, 90.0, spin, (1, 0.8, 0.7), words)
-        for changed in (
-            (spin * [1, 1, -1], (1, 0.8, 0.7), words),
-            (spin[[1, 0, 2]], (1, 0.8, 0.7), words),
-            (spin, (3, 0.8, 0.7), words),
-            (spin, (1, 0.7, 0.8), words),
-            (spin, (1, 0.8, 0.7), [*words[:7], words[7] ^ 0xFFFFFFFF]),
-        ):
-            other = reference_spin_draw(CONTENTS, 0.5, 90.0, *changed)
-            assert np.abs(other - base).max() > 1e-3
-
 
 class TestWorks:
     def test_they_take_at_most_what_is_left(self):
@@ -154,34 +138,8 @@ class TestWorks:
         assert (total > before * (1.0 - 1e-9)).any()
         assert (total < 0.9 * before).any()
 
-    def test_a_draw_with_the_keys_of_a_rebound_is_that_rebound(self):
-        """In axes of the impact, where the spin is omega a / V."""
-        table, (alpha1, speed, spin) = sampler.Table(WITH_WORKS), conditions()
-        velocity = speed[:, None] * np.column_stack([np.cos(alpha1), -np.sin(alpha1), 0.0 * alpha1])
-        omega = spin * (speed / 1e-5)[:, None]
-        after = table.rebound(velocity, [0.0, 1.0, 0.0], 1e-5, omega=omega, **KEYS)
-        states = table.sample(alpha1, speed, spin=spin, **KEYS)
-        close = np.isclose(after.velocity / speed[:, None], states[:, :3], atol=1e-5).all(axis=1)
-        assert close.mean() > 0.99  # rounding may choose another expert
-        out, key = np.zeros(10), (5, int(INDEX[7]), int(HITS[7]))
-        assert sampler.draw(table.handle, alpha1[7], speed[7], tuple(spin[7]), *key, out) >= 0
-        np.testing.assert_array_equal(out[[*range(6), 8, 9]], states[7])
-
 
 class TestRebound:
-    @pytest.mark.parametrize("roughness", [None, 0.2])
-    def test_batch_is_the_scalar_kernel(self, table, roughness):
-        velocity, normal, omega = lab()
-        found = table.rebound(velocity, normal, 1e-5, omega=omega, roughness=roughness, **KEYS)
-        for k in range(0, N, 11):
-            given = (tuple(velocity[k]), tuple(normal[k]), 1e-5, (0.0, 0.0, 0.0))
-            given += () if roughness is None else (roughness,)
-            keys = (5, int(INDEX[k]), int(HITS[k]))
-            kernel = sampler.rebound if roughness is None else sampler.rough_rebound
-            assert kernel(table.handle, *given, tuple(omega[k]), *keys, OUT) >= 0
-            np.testing.assert_array_equal(OUT[:3], found.velocity[k])
-            np.testing.assert_array_equal(OUT[3:], found.omega[k])
-
     def test_is_the_draw_in_the_frame_of_the_wall(self, table):
         """A wall along the axes of the draw; speeds to rounding."""
         alpha1, speed, spin = conditions()
@@ -204,11 +162,6 @@ class TestRebound:
         zeros = table.rebound(*given, omega=np.zeros(3), roughness=roughness, **KEYS)
         found = table.rebound(*given, roughness=roughness, **KEYS)
         np.testing.assert_array_equal(np.hstack(found), np.hstack(zeros))
-        for k in range(0, N, 23):
-            keys, tilt = (5, int(INDEX[k]), int(HITS[k])), roughness or 0.0
-            impact = tuple(velocity[k]), tuple(normal[k]), 1e-5, None, tilt, None
-            assert sampler.rough_rebound(table.handle, *impact, *keys, OUT) >= 0
-            np.testing.assert_array_equal(OUT, np.hstack(zeros)[k])
 
     def test_fresh_and_no_omega_is_a_first_impact(self, table):
         velocity, normal, _ = lab()
@@ -240,7 +193,7 @@ def wild(seed):
 class TestEnergy:
     """No draw has more energy than its own grain can have before, whatever the quantiles are."""
 
-    @pytest.mark.parametrize("seed", range(6))
+    @pytest.mark.parametrize("seed", range(3))
     def test_of_the_spin_law(self, seed):
         table = wild(seed)
         alpha1, speed, spin = conditions(seed)
@@ -316,13 +269,6 @@ class TestCounts:
         where = " at row 0 (particle 77), allowed: "
         assert str(refused.value) == said.format(where) + f"the range of the table {strict.pair}"
 
-    def test_flags_of_single_draws_add_up(self, table):
-        for speed, spin, flags in (
-            (100.0, None, 0), (20.0, (0.0, 0.0, 0.1), sampler.EXTRAPOLATED),
-            (100.0, (0.0, 0.0, 11.0), sampler.CLAMPED), (2.0, (0.0, 0.0, 0.1), 3), (20.0, None, 3),
-        ):  # fmt: skip
-            assert sampler.draw(table.handle, 0.5, speed, spin, 1, 2, 3, OUT) == flags
-
     def test_extrapolated_are_not_clamped(self, table):
         table.sample(0.5, [20.0, 100.0, 49.0], spin=(0.0, 0.0, 1.0), seed=1, index=[0, 1, 2])
         assert (table.extrapolated, table.clamped) == (2, 0)
@@ -387,14 +333,10 @@ def test_a_table_without_spin_law_refuses():
     np.testing.assert_array_equal(state, -7.0)
 
 
-def test_kernels_refuse(table):
-    state, draw = np.full(6, -7.0), sampler.draw
-    keys, still = (1, 2, 3), (0.0, 0.0, 0.0)
-    assert draw(table.handle, 0.5, 100.0, (np.nan, 0.0, 0.0), *keys, state) == sampler.NOT_FINITE
-    for grain in ((2.0, 0.8, 0.8), (1.0, 0.0, 0.8), (1.5, 0.8, 0.8), (np.nan, 0.8, 0.8)):
-        code = draw(table.handle, 0.5, 100.0, still, *keys, state, grain)
-        assert code == sampler.GRAIN_NOT_KNOWN
-    np.testing.assert_array_equal(state, -7.0)
+OWN_RATIOS = {"distribution": "truncated-normal", "mean": 0.8} | {
+    "standard_deviation": 0.2,
+    "range": (0.5, 1.0),
+}
 
 
 class TestPopulation:
@@ -425,9 +367,7 @@ class TestPopulation:
         assert abs((shapes == 0.0).mean() - 0.75) < 4.5 * np.sqrt(0.75 * 0.25 / 2000)
 
     def test_the_tables_own_law_of_ratios(self, table):
-        own = {"mean": 0.8, "standard_deviation": 0.2, "range": (0.5, 1.0)}
-        aspect = {"distribution": "truncated-normal", **own}
-        other = spinning_table(population={"aspect": aspect})
+        other = spinning_table(population={"aspect": OWN_RATIOS})
         np.testing.assert_allclose(
             other.grains(1, range(99)), table.grains(1, range(99)), atol=1e-9
         )
@@ -448,32 +388,18 @@ class TestPopulation:
                 "population.shapes.sphere: is unknown, allowed: ellipsoid, prism, tetrahedron",
             ),
             ({"shapes": {"prism": -1}}, "population.shapes.prism: got -1, allowed: a number from"),
-            ({"shapes": {"prism": True}}, "population.shapes.prism: got True"),
             ({"shapes": {"prism": np.nan}}, "population.shapes.prism: got nan"),
-            (
-                {"shapes": {"prism": 0.0}},
-                "population.shapes: got {'prism': 0.0}, allowed: a weight",
-            ),
+            ({"shapes": {"prism": 0}}, "population.shapes: got {'prism': 0}, allowed: a weight"),
             ({"meshes": [1.0]}, "population.meshes: got [1.0], allowed: 0 weights"),
             ({"aspect": 0.8}, "population.aspect: got 0.8, allowed: a mapping"),
-            (
-                {"aspect": {"distribution": "normal"}},
-                "population.aspect.distribution: got 'normal'",
-            ),
+            ({"aspect": {"distribution": "x"}}, "population.aspect.distribution: got 'x'"),
             (
                 {"aspect": {"distribution": "fixed", "values": [0.4, 0.7]}},
                 "population.aspect.values: got [0.4, 0.7], allowed: within what was simulated",
             ),
             ({"aspect": {"distribution": "fixed"}}, "population.aspect.values: is missing"),
             (
-                {
-                    "aspect": {
-                        "distribution": "truncated-normal",
-                        "mean": 0.8,
-                        "standard_deviation": 0.2,
-                        "range": [0.3, 1.0],
-                    }
-                },
+                {"aspect": OWN_RATIOS | {"range": [0.3, 1.0]}},
                 "population.aspect.range: got [0.3, 1.0], allowed: two, increasing, within",
             ),
         ],

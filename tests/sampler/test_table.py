@@ -85,15 +85,6 @@ class TestGenerator:
         keyed = table.rebound(*impact, seed=seed, index=np.arange(20).reshape(4, 5))
         np.testing.assert_array_equal(first, keyed)
 
-    def test_statistics_are_those_of_keys(self, table):
-        """Means of all variables within 6 standard errors, false alarm 1e-8; not at 1.2 rad."""
-        drawn = table.sample(0.7, 100.0, size=N, rng=np.random.default_rng(2))
-        error = drawn.std(axis=0) * np.sqrt(2.0 / N)
-        for alpha1, low, high in ((0.7, 0.0, 6.0), (1.2, 6.0, np.inf)):
-            keyed = table.sample(alpha1, 100.0, seed=1, index=np.arange(N))
-            beyond = np.abs(drawn.mean(axis=0) - keyed.mean(axis=0)) / error
-            assert low <= beyond.max() < high
-
 
 KEYS = "allowed: seed=, index= and hit=, or rng= and size= in their place"
 
@@ -123,12 +114,6 @@ def test_keys_or_a_generator(table, method, given, message):
         getattr(table, method)(**arguments, **given)
     assert str(refusal.value).startswith(message)
     assert RNG.bit_generator.state == state  # nothing was taken from it
-
-
-@pytest.mark.parametrize("index", [np.arange(5, dtype=np.int8), [0, 1, 2, 3, 4], range(5)])
-def test_types_of_keys(table, index):
-    expected = table.sample(0.7, 100.0, seed=np.uint64(3), index=np.arange(5, dtype=np.uint64))
-    np.testing.assert_array_equal(table.sample(0.7, 100, seed=3, index=index), expected)
 
 
 @pytest.mark.parametrize(
@@ -348,13 +333,8 @@ def test_first_bad_impact_is_named(table, change, message):
     [
         ({"seed": -1}, "seed: got -1, allowed: an integer from 0 to 2**64 - 1"),
         ({"seed": 2**64}, "seed: got 18446744073709551616, allowed"),
-        ({"seed": 1.5}, "seed: got 1.5, allowed"),
-        ({"seed": True}, "seed: got True, allowed"),
         ({"index": [3, -2]}, "index: got -2 at index 1, allowed: integers from 0 to 2**64 - 1"),
-        ({"index": [1.0, 2.0]}, "index: got float64 values, allowed: integers"),
-        ({"index": 2**64}, "index: got 18446744073709551616 at index 0, allowed"),
         ({"index": [[1, 2], [3, -4]]}, "index: got -4 at index (1, 1), allowed: integers"),
-        ({"hit": 2**32}, "hit: got 4294967296 at index 0, allowed: integers from 0 to 2**32 - 1"),
         ({"hit": [0, -1]}, "hit: got -1 at index 1"),
         ({"alpha1": "0.5"}, "alpha1: got str96 values, allowed: real numbers"),
         ({"alpha1": 0.5j}, "alpha1: got complex128 values, allowed: real numbers"),

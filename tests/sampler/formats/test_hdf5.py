@@ -164,10 +164,6 @@ def _replace(path, change):
     return edit
 
 
-def _swap_ends(path):
-    return _replace(path, lambda values: np.ascontiguousarray(values[::-1]))
-
-
 REFUSED = {
     "other format": (_attribute("format", "other"), 'format: is not "rebound-table"'),
     "no format": (lambda f: f.attrs.__delitem__("format"), "some other HDF5 file"),
@@ -175,7 +171,6 @@ REFUSED = {
     "odd version": (_attribute("format_version", "1.0"), "format_version: got '1.0'"),
     "no pair": (lambda f: f.attrs.__delitem__("pair"), "pair: is missing"),
     "pair of numbers": (_attribute("pair", 3), "pair: got 3, allowed: name of the material"),
-    "numbers for names": (_attribute("components", 6), "components: got 6, allowed: comp"),
     "unknown": (_attribute("components", "u heat"), "components: got 'u heat', allowed: some of"),
     "twice": (_attribute("components", "u v v omega_x omega_y omega_z"), "components: "),
     "none": (_attribute("components", ""), "components: got ''"),
@@ -183,8 +178,6 @@ REFUSED = {
     "few channels": (_attribute("channels", " ".join(CHANNELS[:5])), "channels: omega_y missing"),
     "many channels": (_attribute("channels", " ".join(CHANNELS[:7])), "n_channels: got 6, .*: 7"),
     "few columns": (_attribute("components", " ".join(STATE[:5])), "n_columns: got 6, allowed: 5"),
-    "processors of numbers": (_attribute("processors", 3), "processors: got 3, allowed: kinds"),
-    "no processor": (_attribute("processors", ""), "processors: got '', allowed: kinds of proc"),
     "processor without a name": (_attribute("processors", "a\n\nb"), "processors: got ''"),
     "negative seed": (_attribute("seed", -1), r"seed: got -1, allowed: seed .* from 0"),
     "no dataset": (lambda f: f.__delitem__(QUANTILES), f"{QUANTILES}: is missing"),
@@ -205,14 +198,9 @@ REFUSED = {
         _replace(QUANTILES, lambda q: q.astype(">f4")),
         "got big-endian float32, allowed",
     ),
-    "real index": (_replace(ALIAS, lambda x: x.astype("f4")), "got float32, allowed: uint16"),
     "text": (
         _replace("axes/speed", lambda x: x.astype("S8")),
         "axes/speed: got bytes64, allowed: float64",
-    ),
-    "NaN": (
-        _value(QUANTILES, (1, 2, 1, 3, 4), np.nan),
-        r"got nan at \[1, 2, 1, 3, 4\], .*: finite",
     ),
     "infinite": (_value(QUANTILES, (0, 0, 0, 2, 64), np.inf), f"{QUANTILES}: got inf"),
     "NaN accuracy": (_value("accuracy/auc", 0, np.nan), "accuracy/auc: got nan"),
@@ -220,7 +208,6 @@ REFUSED = {
         _replace(QUANTILES, lambda q: np.concatenate((q[..., 1::-1], q[..., 2:]), -1)),
         rf"{QUANTILES}: got .* at \[0, 0, 0, ., 0\], allowed: .*non-decreasing",
     ),
-    "angles in disorder": (_swap_ends("axes/alpha_deg"), "axes/alpha_deg: .*larger than"),
     "equal speeds": (_value("axes/speed", 1, 50.0), r"speed: got 50 at \[0\], allowed: larger"),
     "angle 0": (_value("axes/alpha_deg", 0, 0.0), r"axes/alpha_deg: got 0 at \[0\], .* 90\]"),
     "angle 91": (_value("axes/alpha_deg", 2, 91.0), "axes/alpha_deg: got 91"),
@@ -270,7 +257,6 @@ REFUSED = {
         _value("axes/speed_span", slice(None), [-1.7e308, 1.7e308]),
         r"axes/speed_span: got -1.7e.308 and 1.7e.308, allowed: from 0 to 50 and from 300 to 1e.09",
     ),
-    "tiny angle": (_value("axes/alpha_deg", 0, 1e-300), "axes/alpha_deg: got 1e-300 at"),
     "close angles": (
         _value("axes/alpha_deg", 1, 20.0 + 1e-12),
         r"axes/alpha_deg: got 20 at \[0\], .* larger than the value before, by 1e-09",
@@ -290,7 +276,6 @@ REFUSED = {
     "escape in the version": (_attribute("software_version", "\x9b2J"), "software_version: got"),
     "escape in the processor": (_attribute("processors", "a\n\x1b[2J"), "processors: got"),
     "escape in the configuration": (_attribute("config", "x = 1 # \x1b[2J"), "config: got 'x = 1"),
-    "line in a name": (_attribute("channels", "v\x1b"), r"channels: got 'v\\x1b', allowed: some"),
     "other units": (
         lambda f: f["axes/speed"].attrs.__setitem__("units", "km h-1"),
         "axes/speed: units: got 'km h-1', allowed: 'm s-1'",
@@ -402,7 +387,6 @@ def test_failed_write_leaves_nothing(file, tmp_path, contents, monkeypatch):
         ({"marginals/quantiles": None}, "marginals/quantiles: is missing"),
         ({"x/y": np.ones(3)}, "x/y: is unknown, allowed: axes/alpha_deg"),
         ({"axes/speed": np.array([1, 2, 3])}, "axes/speed: got int64, allowed: float64"),
-        ({"dependence/alias_index": np.full((3, 3, 5), -1)}, "alias_index: got -1 to -1"),
         ({"dependence/alias_index": np.full((3, 3, 5), 65541)}, "alias_index: got 65541"),
         ({"dependence/mean": np.full((3, 3, 5, 6), -32769)}, "mean: got -32769 to -32769"),
         ({"dependence/mean": np.full((3, 3, 5, 6), 0.5)}, "mean: got float64, allowed: int16"),

@@ -5,7 +5,6 @@ import pytest
 from free_rotation import FreeRotation
 from motion_fixtures import SHAPES, approach, body_of, motion_of, rotation_of
 from scipy.spatial.transform import Rotation
-from scipy.stats import ks_2samp
 
 from sampler.errors import InputError
 from tablegen.config.config import load_config
@@ -80,16 +79,6 @@ class TestTumble:
         ):
             assert np.quantile(np.abs(wrong - matrices(turned)).max(axis=(1, 2)), 0.1) > 1e-3
 
-    def test_keeps_momentum_and_energy_over_many_turns(self, turning):
-        orientation, omega, time = turning
-        turned, after = INSTANT.tumble(orientation, omega, GRAINS, SIZE, 100.0 * time)
-        before, energy = momentum(orientation, omega)
-        ended, left = momentum(turned, after)
-        np.testing.assert_allclose(left, energy, rtol=1e-9)
-        scale = np.linalg.norm(before, axis=1, keepdims=True)
-        np.testing.assert_allclose(ended / scale, before / scale, rtol=0.0, atol=1e-9)
-        assert np.abs(after / omega - 1.0).max() > 0.1
-
     def test_angular_velocity_is_the_mean_over_a_long_time(self, turning):
         """Weights that vanish smoothly at both ends take the ends' effect away."""
         orientation, omega, _ = turning
@@ -145,13 +134,6 @@ class TestFromWallToWall:
     VELOCITY = np.tile([150.0, -120.0, 30.0], (N, 1))
     FLIGHT = np.linspace(0.0, 2e-5, N)
 
-    def second(self, model):
-        """State after one wall and a flight, and the rebound from the opposite wall."""
-        velocity, omega, turned = model.rebound(self.VELOCITY, FLOOR, SIZE, hit=0, **KEYS)
-        turned, omega = model.tumble(turned, omega, GRAINS, SIZE, self.FLIGHT)
-        keys = {"orientation": turned, "hit": 1, **KEYS}
-        return velocity, omega, turned, model.rebound(velocity, ROOF, SIZE, omega=omega, **keys)
-
     def started(self, model, velocity, omega, turned):
         """Angular momentum and twice the energy with which a rebound at `ROOF` starts."""
         impacts = velocity, np.tile(ROOF, (N, 1)), np.full(N, SIZE), np.zeros((N, 3))
@@ -175,13 +157,13 @@ class TestFromWallToWall:
         expected, energy = momentum(left.orientation, left.omega)
         scale = np.linalg.norm(expected, axis=1)
         for model in (MEAN, INSTANT):
-            velocity, omega, turned, _ = self.second(model)
-            np.testing.assert_array_equal(velocity, left.velocity)
             # before the flight to rounding, after it to its tolerance
             first = model.rebound(self.VELOCITY, FLOOR, SIZE, hit=0, **KEYS)
+            np.testing.assert_array_equal(first.velocity, left.velocity)
             np.testing.assert_array_equal(first.orientation, left.orientation)
+            turned, omega = model.tumble(first.orientation, first.omega, GRAINS, SIZE, self.FLIGHT)
             for given, most in (((first.omega, first.orientation), 1e-12), ((omega, turned), 1e-8)):
-                found, brought = self.started(model, velocity, *given)
+                found, brought = self.started(model, first.velocity, *given)
                 assert np.abs((found - expected) / scale[:, None]).max() < most
                 assert np.abs(brought / energy - 1.0).max() < most
         # uniform orientations, and the one velocity taken for the other, break both
@@ -192,63 +174,31 @@ class TestFromWallToWall:
             assert np.median(np.abs(brought / energy - 1.0)) > 0.02
             assert np.median(np.linalg.norm(found - expected, axis=1) / scale) > 0.02
 
-    def test_both_angular_velocities_give_the_same_second_rebound(self):
-        (*_, one), (*_, other) = self.second(MEAN), self.second(INSTANT)
-        same = np.isclose(one.velocity, other.velocity, atol=1e-3).all(axis=1)
-        # rounding grows in chains of many collisions
-        assert same.mean() > 0.9
-        mean = mean_omega(other.orientation, other.omega)
-        np.testing.assert_allclose(one.omega[same], mean[same], atol=1e-4 * np.abs(mean).max())
-        np.testing.assert_allclose(one.orientation[same], other.orientation[same], atol=1e-3)
 
-
-COUNT, HITS = 10_000, 6
-
-
-def chain(model, paths, seed):
-    """Speeds (HITS, COUNT) after hits of opposite walls, at first at 38 degrees and 240 m/s.
-
-    ``paths``: least and largest flight over a; none: orientations are forgotten.
-    """
-    rng, index = np.random.default_rng(seed), np.arange(COUNT)
-    velocity = np.tile(240.0 * np.array([np.cos(0.663), -np.sin(0.663), 0.0]), (COUNT, 1))
-    omega, turned, grains = np.zeros((COUNT, 3)), None, model.grains(seed, index)
-    speeds = np.empty((HITS, COUNT))
-    for hit in range(HITS):
-        keys = {"omega": omega, "orientation": turned, "seed": seed, "index": index, "hit": hit}
-        wall = FLOOR if hit % 2 == 0 else ROOF
-        velocity, omega, turned = model.rebound(velocity, wall, 1.0, **keys)
-        speeds[hit] = np.linalg.norm(velocity, axis=1)
-        if paths:
-            time = rng.uniform(*paths, COUNT) / speeds[hit]
-            turned, omega = model.tumble(turned, omega, grains, 1.0, time)
-        else:
-            turned = None
-    return speeds
-
-
-def ratios(one, other):
-    """Ratios of mean energies after each hit, and their standard errors."""
-    (a, b), root = (one**2, other**2), np.sqrt(COUNT)
-    ratio = a.mean(axis=1) / b.mean(axis=1)
-    errors = [x.std(axis=1) / x.mean(axis=1) / root for x in (a, b)]
-    return ratio, ratio * np.hypot(*errors)
+def energies(model, paths, seed, keeps=True):
+    """Energies (6, 10,000) at hits of opposite walls, with flights between ``paths`` half-sizes."""
+    rng, index, found = np.random.default_rng(seed), np.arange(10_000), []
+    velocity = np.tile(240.0 * np.array([np.cos(0.663), -np.sin(0.663), 0.0]), (len(index), 1))
+    omega, turned, grains = np.zeros((len(index), 3)), None, model.grains(seed, index)
+    for hit in range(6):
+        keys = {"omega": omega, "seed": seed, "index": index, "hit": hit}
+        keys["orientation"] = turned if keeps else None
+        velocity, omega, turned = model.rebound(velocity, (FLOOR, ROOF)[hit % 2], 1.0, **keys)
+        found.append((velocity**2).sum(axis=1))
+        time = rng.uniform(*paths, len(index)) / np.sqrt(found[-1])
+        turned, omega = model.tumble(turned, omega, grains, 1.0, time)
+    return np.array(found)
 
 
 def test_chains_that_forget_the_orientation_gain_energy_and_flights_of_any_length_agree():
-    """As an independent simulation found, to the rounding of its figures.
+    """As an independent simulation found: 1.19 times too much energy at the sixth hit.
 
-    With orientations that are uniform at each wall, and angular velocities at departure, energies
-    are 1.19 times too large after six hits between opposite walls. Chains with flights of 1.5 to 4
-    and of 50 to 150 half-sizes are of one law. Ratios of energies within 4.5 standard errors, 0.13,
-    and KS within 2.7 (2/n)^(1/2) have a false-alarm rate of 1e-4 together.
+    Means within 4.5 standard errors have a false-alarm rate of 1e-4 together.
     """
-    short, long = (chain(MEAN, paths, seed) for paths, seed in (((1.5, 4.0), 1), ((50, 150), 2)))
-    forgotten = chain(INSTANT, None, 3)
-    ratio, error = ratios(short, long)
-    assert (np.abs(ratio - 1.0) < 4.5 * error).all()
-    assert max(ks_2samp(*pair).statistic for pair in zip(short, long, strict=True)) < 0.038
-    ratio, error = ratios(forgotten, long)
-    assert abs(ratio[-1] - 1.19) < 4.5 * error[-1] + 0.005
-    assert (np.abs(ratio - 1.0) > 4.5 * error).any()
-    assert max(ks_2samp(*pair).statistic for pair in zip(forgotten, long, strict=True)) > 0.038
+    short, long = (energies(MEAN, *given) for given in (((1.5, 4.0), 1), ((50.0, 150.0), 2)))
+    forgotten = energies(INSTANT, (0.0, 0.0), 3, keeps=False)
+    mean, short_mean, most = (x.mean(axis=1) for x in (long, short, forgotten))
+    error = 4.5 * np.hypot(long.std(axis=1), short.std(axis=1)) / 100.0
+    assert (np.abs(short_mean - mean) < error).all()
+    assert abs(most[-1] / mean[-1] - 1.19) < 1.2 * error[-1] / mean[-1] + 0.005
+    assert (most - mean > error)[3:].all()

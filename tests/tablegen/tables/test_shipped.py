@@ -1,26 +1,18 @@
-"""The shipped table: provenance, accuracy, physics.
-
-Every metric is also shown to refuse a wrong sampler made from this very table.
-"""
+"""The shipped table: provenance, accuracy, physics."""
 
 import h5py
 import numpy as np
 import pytest
-from corrupt_tables import (
-    independent_columns,
-    shifted_speeds,
-)
+from corrupt_tables import shifted_speeds
 
 import sampler
 from sampler.files import data_directory
 from sampler.table import Table
-from tablegen.accuracy.comparison import compare
 from tablegen.accuracy.conditions import pick_conditions
 from tablegen.accuracy.decision import judge
 from tablegen.accuracy.measure import measure
 from tablegen.config.config import load_config
 from tablegen.fitting.resolution import LADDER, resolution
-from tablegen.simulation.simulate import make_condition, simulate_condition
 from tablegen.tables.axes import make_axes
 
 CONFIG = load_config("corundum-steel")
@@ -86,24 +78,6 @@ class TestAccuracy:
         monkeypatch.setattr("tablegen.accuracy.metrics.TREES", 20)  # others tell it apart
         metrics = {line.split(":")[0] for line in missed(wrong, places[1:], 20_000)}
         assert {"ks", "sliced_wasserstein"} <= metrics
-
-    def test_independent_marginals_are_refused(self, table):
-        """The table's own draws pass; with their columns shuffled they do not.
-
-        100,000 states a side: standard errors of 0.004 for correlations and 0.003 for the AUC.
-        """
-        alpha_deg, speed, count = 41.0, 140.0, 100_000
-        alpha1 = np.radians(alpha_deg)
-        condition = make_condition(alpha1, speed)
-        direct = simulate_condition(CONFIG.pair, CONFIG.population, condition, count, seed=21).state
-        drawn = table.sample(alpha1, speed, seed=22, index=np.arange(count))
-        shuffled = independent_columns(drawn, seed=23)
-        right = compare(drawn, direct, alpha_deg, speed)
-        wrong = compare(shuffled, direct, alpha_deg, speed)
-        for metric in ("sliced_wasserstein", "correlation_error", "auc"):
-            declared = getattr(CONFIG.accuracy, metric)
-            assert right.distances()[metric] <= declared, metric
-            assert wrong.distances()[metric] > declared, metric
 
 
 class TestPhysics:
