@@ -171,7 +171,7 @@ def still_impacts(domain: Range, grains: FloatArray, rng: np.random.Generator) -
     n = len(grains)
     alpha, steep = _angles(domain, n, rng), rng.random(n) < _STEEP
     low, high = domain.alpha
-    alpha[steep] = high - (high - low) * rng.random(int(steep.sum())) ** 3
+    alpha[steep] = high - (high - low) * rng.random(int(steep.sum())) ** 2
     slow, fast = (
         _speeds(domain.speed[0], most, n, rng) for most in (domain.first_speed[1], domain.speed[1])
     )
