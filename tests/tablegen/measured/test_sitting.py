@@ -17,8 +17,10 @@ def cost():
 
 
 #: What the comment of start-tabulated says of rounded grains.
-ROUNDED = "pair.restitution.value pair.resistance.value population.aspect.mean"
-ROUNDED = ("--free", *ROUNDED.split(), "population.shapes.ellipsoid")
+ROUNDED = (
+    *("--free", "pair.restitution.value", "pair.resistance.value", "population.aspect.mean"),
+    *("population.aspect.standard_deviation", "population.shapes.ellipsoid"),
+)
 
 
 @pytest.mark.study  # 12 minutes of CPU each
