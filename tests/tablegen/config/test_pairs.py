@@ -36,7 +36,7 @@ from tablegen.tables.refine import NodeCache
 restitution = kernel(restitution)
 
 #: Pairs fitted to published mean laws, whose measured range of speeds is not known.
-FITTED = ("forder-1998", "grant-tabakoff-1975")
+FITTED = ("forder-1998", "grant-tabakoff-1975", "wakeman-tabakoff-1981")
 
 
 def with_laws(restitution=None, resistance=None, **changes):
@@ -188,11 +188,11 @@ class TestShippedPairs:
     @pytest.mark.parametrize("name", FITTED)
     def test_fitted_pairs_follow_their_measurements(self, name):
         """With 8,000 particles means were off by 0.030 at most; here chance adds up to 0.010."""
-        found = compare(load_config(name), name, count=1500, seed=3)
+        found = compare(load_config(name), name, count=1700, seed=3)
         for quantity in ("e_n", "e_t"):
             mean = found.means[quantity]
             known = np.isfinite(mean.measured)
-            assert known.sum() >= 8
+            assert known.sum() >= 5
             assert np.abs(mean.deviation[known]).max() < 0.05
             assert mean.simulated_error[known].max() < 0.01
         # a constant resistance is refused
