@@ -17,10 +17,6 @@ _LEAST_SAMPLES = 150_000
 #: Least allowed Kolmogorov-Smirnov distance for which a number of knots is enough.
 _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
 
-#: Divisor of the leaves without spin where no law depends on the speed, so that they differ in the
-#: angle alone.
-_FEWER_STILL = 3
-
 #: Conditions with spin that are drawn for each rebound that a leaf is fitted to.
 _CONDITIONS = 0.2
 
@@ -83,13 +79,9 @@ def spin_sizes(config: Config) -> SpinSizes:
     """
     table, preset = config.table, SPIN_SIZES[config.accuracy.preset]
     shapes = len(config.population.kernel_arguments().shape_codes)
-    leaves, still_leaves = preset.leaves, preset.still_leaves
-    if not config.pair.restitution.depends_on_speed:
-        still_leaves //= _FEWER_STILL
-        leaves += preset.still_leaves - still_leaves
-    still_leaves = math.ceil(still_leaves / shapes)
+    still_leaves = math.ceil(preset.still_leaves / shapes)
     return preset._replace(
-        leaves=table.spin_leaves or math.ceil(leaves / shapes),
+        leaves=table.spin_leaves or math.ceil(preset.leaves / shapes),
         still_leaves=min(still_leaves, table.spin_leaves or still_leaves),
         groups=table.spin_groups or preset.groups,
         experts=table.spin_experts or preset.experts,

@@ -126,10 +126,6 @@ def test_shapes_share_the_leaves_of_a_preset():
     one, four = spin_sizes(SPINNING.with_changes(WHOLE)), spin_sizes(ROUGH.with_changes(WHOLE))
     assert len(ROUGH.population.shapes.positive()) == 4
     assert (one.leaves, one.still_leaves) == (4 * four.leaves, 4 * four.still_leaves)
-    law = {"law": "constant", "value": 0.5, "source": "a test"}
-    constant = spin_sizes(SPINNING.with_changes(WHOLE | {"pair": {"restitution": law}}))
-    assert constant.still_leaves == one.still_leaves // 3
-    assert constant.leaves + constant.still_leaves == one.leaves + one.still_leaves
 
 
 def test_coordinate_of_the_speed_is_that_of_the_restitution_law_if_it_fits():
