@@ -18,8 +18,7 @@ SEED, DIAMETER = 7, 50e-6
 HALF_SIZE = float(sampler.load("corundum-steel").mean_half_size(DIAMETER))
 #: Allowed Kolmogorov-Smirnov distance of any component and error of any correlation.
 KS, CORRELATION = 0.02, 0.03
-#: Rebounds that hits are compared with. Of 40,000 hits against 200,000 a distance above 0.0122 is
-#: noise less than once in 10,000 components.
+#: Rebounds compared with. Of 40,000 hits a KS above 0.0122 is noise once in 10,000 components.
 REFERENCE = 200_000
 
 
@@ -37,20 +36,17 @@ class Distances(NamedTuple):
         return self.ks <= KS and self.correlation <= CORRELATION
 
 
-def direct_states(count, seed=11):
+def direct_states(count):
     """States of each condition from direct simulation, (count, 6) each."""
     config = load_config("corundum-steel")
-    return [
-        simulate(config, *condition, count, seed=seed, stream=k).state
-        for k, condition in enumerate(CONDITIONS)
-    ]
+    found = [simulate(config, *at, count, seed=11, stream=k) for k, at in enumerate(CONDITIONS)]
+    return [simulation.state for simulation in found]
 
 
 def states_of(before, normal, after, omega, straight):
-    """States in the frame of each impact, (n, 6): velocities over V, spins times a/V.
+    """States (n, 6) in the frame of each impact, along x where it is ``straight`` on.
 
-    Velocities are relative to the wall; the x axis is the direction along it where impacts are
-    ``straight`` on.
+    Velocities are relative to the wall, and divided by V; spins are times a/V.
     """
     along = before - (before * normal).sum(axis=1, keepdims=True) * normal
     along[straight] = (1.0, 0.0, 0.0)
@@ -77,6 +73,5 @@ def compare(states, condition, reference):
 
 
 def print_rows(rows):
-    """Print distances as a table."""
     for row in rows:
         print("  {:16}  {:6d} hits  KS {:.4f}  error of a correlation {:.4f}".format(*row))

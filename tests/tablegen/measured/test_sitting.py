@@ -17,8 +17,7 @@ def cost():
 
 
 LAWS = "--free", "pair.restitution.value", "pair.resistance.value", "population.aspect.mean"
-#: What docs/calibration.md frees for the shipped pairs.
-PRISMS = (*LAWS, "population.shapes.prism")
+#: Freed for the shipped pairs too.
 ROUNDED = (*LAWS, "population.aspect.standard_deviation", "population.shapes.ellipsoid")
 
 
@@ -27,7 +26,7 @@ ROUNDED = (*LAWS, "population.aspect.standard_deviation", "population.shapes.ell
     ("measured", "start", "free"),
     [
         ("forder-1998", "start-tabulated", ()),
-        ("wakeman-tabakoff-1981", "start-tabulated", PRISMS),
+        ("wakeman-tabakoff-1981", "start-tabulated", (*LAWS, "population.shapes.prism")),
         ("grant-tabakoff-1975", "start-tabulated", ROUNDED),
         (QUARTZ, "start-tabulated", ROUNDED),
         ("kharaz-2001", "kharaz-2001", ()),
