@@ -32,7 +32,6 @@ class Distances(NamedTuple):
 
     @property
     def holds(self):
-        """Whether they are within what is allowed."""
         return self.ks <= KS and self.correlation <= CORRELATION
 
 

@@ -68,9 +68,8 @@ def test_a_wrong_law_is_rejected(work):
     stock = hits._replace(new_velocity=mirrored, new_omega=hits.omega)
     rows = first_hits.compare(box_run.states(stock), box_run.conditions(hits), direct)
     assert all(row.ks > 10 * first_hits.KS for row in rows)
-    # the right law at the next condition
-    direct = [direct[k - 1] for k in range(len(direct))]
-    rows = first_hits.compare(box_run.states(hits), box_run.conditions(hits), direct)
+    wrong = direct[-1:] + direct[:-1]  # the right law at the next condition
+    rows = first_hits.compare(box_run.states(hits), box_run.conditions(hits), wrong)
     assert not any(row.holds for row in rows)
 
 

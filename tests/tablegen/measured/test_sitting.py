@@ -17,7 +17,6 @@ def cost():
 
 
 LAWS = "--free", "pair.restitution.value", "pair.resistance.value", "population.aspect.mean"
-#: Freed for the shipped pairs too.
 ROUNDED = (*LAWS, "population.aspect.standard_deviation", "population.shapes.ellipsoid")
 
 

@@ -5,6 +5,7 @@ import pytest
 from free_rotation import FreeRotation
 from motion_fixtures import SHAPES, approach, body_of, motion_of, rotation_of
 from scipy.spatial.transform import Rotation
+from scipy.stats import ks_2samp
 
 from sampler.errors import InputError
 from tablegen.config.config import load_config
@@ -193,12 +194,14 @@ def energies(model, paths, seed, keeps=True):
 def test_chains_that_forget_the_orientation_gain_energy_and_flights_of_any_length_agree():
     """As an independent simulation found: 1.19 times too much energy at the sixth hit.
 
-    Means within 4.5 standard errors have a false-alarm rate of 1e-4 together.
+    Means within 4.5 standard errors, KS within 2.7 (2/n)^(1/2): false alarms 1e-4 together.
     """
     short, long = (energies(MEAN, *given) for given in (((1.5, 4.0), 1), ((50.0, 150.0), 2)))
     forgotten = energies(INSTANT, (0.0, 0.0), 3, keeps=False)
     mean, short_mean, most = (x.mean(axis=1) for x in (long, short, forgotten))
     error = 4.5 * np.hypot(long.std(axis=1), short.std(axis=1)) / 100.0
+    ks = [max(map(lambda a, b: ks_2samp(a, b).statistic, x, long)) for x in (short, forgotten)]
+    assert ks[0] < 0.038 < ks[1]
     assert (np.abs(short_mean - mean) < error).all()
     assert abs(most[-1] / mean[-1] - 1.19) < 1.2 * error[-1] / mean[-1] + 0.005
     assert (most - mean > error)[3:].all()
