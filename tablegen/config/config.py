@@ -121,7 +121,7 @@ class Config(Record):
     model: ModelSettings = ModelSettings()
     table: TableSettings = TableSettings()
     accuracy: AccuracyTargets = AccuracyTargets.model_validate({})
-    #: Accuracy of the spin law; by default that of the preset of `accuracy`.
+    #: Accuracy of the spin law; limits that are not given are those of the preset of `accuracy`.
     spin_accuracy: SpinTargets | None = None
     _text: str = PrivateAttr()
 
@@ -318,10 +318,18 @@ def _with_meshes(tree: Tree, origin: str, directory: Path) -> Tree:
     return {**tree, "population": {**population, "meshes": whole}}
 
 
+def _with_preset(tree: Tree) -> Tree:
+    """Let limits of the spin law without a preset be changes of that of ``accuracy``."""
+    accuracy, spin = tree.get("accuracy"), tree.get("spin_accuracy")
+    if isinstance(accuracy, dict) and isinstance(spin, dict) and "preset" in accuracy:
+        return {**tree, "spin_accuracy": {"preset": accuracy["preset"], **spin}}
+    return tree
+
+
 def _checked(tree: Tree, origin: str, text: str | None = None) -> Config:
     """Validate a tree; `text`, if it says everything, becomes the configuration's text."""
     try:
-        config = Config.from_tree(tree)
+        config = Config.from_tree(_with_preset(tree))
     except ValidationError as error:
         raise InputError(f"{origin}: {complaint(error, Config)}") from error
     if text is not None:

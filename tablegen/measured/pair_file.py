@@ -24,6 +24,9 @@ from tablegen.model.float_array import FloatArray
 #: Characters of a comment line, and of a list of numbers on one line; numbers that a verdict names.
 _WIDTH, _LIST_WIDTH, _NAMED = 100, 80, 3
 
+#: Share that calibrations of angular grains may free: rounded ones keep more velocity at the wall.
+_ROUNDED = "population.shapes.ellipsoid"
+
 #: List of numbers on several lines.
 _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
 
@@ -131,6 +134,9 @@ def _verdicts(made: Calibration) -> list[str]:
     lines.append(_verdict("spreads", spreads, laws) if spreads else "spreads: not used")
     if parts := [one.simulated / one.measured for one in spreads if one.measured > 0.0]:
         lines[-1] += f"; {min(parts):.0%} to {max(parts):.0%} of the measured ones"
+    shapes = made.config.population.shapes.positive().keys()
+    if made.missed and shapes and not shapes & {"ellipsoid", "sphere"}:
+        lines.append(f"rounded grains may follow the means: free {_ROUNDED} as well")
     start, end = made.of_means
     if end > start:
         lines.append(

@@ -123,6 +123,10 @@ def test_spreads(measured):
     assert above.of_means[1] < 0.5 * above.of_means[0]
     assert "worse in the means than its start" not in "".join(fit_lines(above))
     assert "worse in the means" in "".join(fit_lines(replace(above, of_means=(1.0, 2.0))))
+    angular = replace(above, config=load_config("start-tabulated"))
+    far = replace(angular, numbers=tuple(replace(one, simulated=9.0) for one in above.numbers))
+    said = ["free population.shapes.ellipsoid" in "".join(fit_lines(one)) for one in (angular, far)]
+    assert said == [False, True]
     assert fitted(2.0, "fit")[1] > 1.0
     assert fitted(0.5, "upper-bound")[1] > 1.0
 
