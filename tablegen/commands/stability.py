@@ -5,8 +5,7 @@ from pathlib import Path
 import click
 
 from sampler import options
-from sampler.files import write_text
-from sampler.formats.shape_codes import SHAPE_NAMES
+from sampler.files import json_text, write_text
 from sampler.options import DONE, MISSED
 from tablegen.commands import shared
 from tablegen.commands.shared import CONFIG
@@ -19,8 +18,7 @@ from tablegen.config.defaults import STABILITY_COUNT, STABILITY_FRICTION
     epilog=options.examples(
         "tablegen stability --quick",
         "tablegen stability my-pair.toml --json stability.json --html stability.html",
-        "tablegen stability --shape prism --aspect 0.02 0.02 --alpha 0.01 --count 1000",
-        "tablegen stability --shape sphere --count 1 --friction 250000 --threads 1",
+        "tablegen stability --quick --count 1 --friction 250000",
     ),
 )
 @click.argument("pair", type=CONFIG, metavar="[PAIR|CONFIG.toml]", default="corundum-steel")
@@ -30,26 +28,9 @@ from tablegen.config.defaults import STABILITY_COUNT, STABILITY_FRICTION
     "--friction",
     type=options.Integer(0, 2**40),
     metavar="N",
-    help="Particles under each of 44 laws of Coulomb friction.  [default: 20000; with --quick "
-    "1000; 0 where values of the study are replaced]",
+    help="Particles under each of 44 Coulomb laws.  [default: 20000; with --quick 1000]",
 )
 @options.seed("Seed of the particles.")
-@click.option("--shape", type=click.Choice(SHAPE_NAMES), multiple=True, help="Only this shape.")
-@click.option(
-    "--aspect",
-    type=shared.RATIO,
-    nargs=2,
-    multiple=True,
-    metavar="BA CB",
-    help="Only these b/a and c/b.",
-)
-@click.option(
-    "--alpha", type=shared.ANGLE, multiple=True, metavar="DEG", help="Only this impact angle."
-)
-@click.option("--speed", type=shared.SPEED, multiple=True, metavar="M_S", help="Only this speed.")
-@click.option(
-    "--spin", type=shared.SPIN, multiple=True, metavar="WZ", help="Only this spin, times a/V."
-)
 @options.threads
 @options.json_file("Write every case.")
 @options.html_file
@@ -60,11 +41,6 @@ def stability(
     count: int,
     friction: int | None,
     seed: int,
-    shape: tuple[str, ...],
-    aspect: tuple[tuple[float, float], ...],
-    alpha: tuple[float, ...],
-    speed: tuple[float, ...],
-    spin: tuple[float, ...],
     threads: int | None,
     json_file: Path | None,
     html_file: Path | None,
@@ -75,7 +51,7 @@ def stability(
     The whole study has 28,280 cases: five shapes; b/a and c/b of 1, 0.999, 0.5, 0.05 and 0.02;
     angles from 0.01 to 90 degrees; speeds from 1 to 3,000 m/s; spins before the impact of 0, 1, 5
     and 50 V/a along the wall axis z, the normal of the impact plane, both ways. It takes some ten
-    minutes on two cores. Options that name values replace those of the study, and may be repeated.
+    minutes on two cores. ``tablegen simulate`` repeats a case with the seed that is named.
 
     Under Coulomb's law random particles of the pair's population hit at random angles, speeds and
     spins, with coefficients of friction from 0.1 to 100 and restitutions from 0 to 1.
@@ -87,15 +63,14 @@ def stability(
     from tablegen.config.config import load_config
     from tablegen.evidence.page import render_page, render_text
     from tablegen.evidence.stability import run_study
-    from tablegen.evidence.stability_cases import FULL, QUICK, Grid
-    from tablegen.evidence.stability_text import study_json, study_section
+    from tablegen.evidence.stability_cases import all_cases
+    from tablegen.evidence.stability_text import study_section
 
-    axes = Grid(shape, aspect, alpha, speed, spin)
     if friction is None:
-        friction = 0 if axes != Grid() else STABILITY_FRICTION // (20 if quick else 1)
+        friction = STABILITY_FRICTION // (20 if quick else 1)
     study = run_study(
         load_config(pair),
-        list((QUICK if quick else FULL).narrowed(axes).cases()),
+        all_cases(quick),
         count=count,
         friction=friction,
         seed=seed,
@@ -105,7 +80,7 @@ def stability(
     section = study_section(study)
     click.echo(render_text([section]))
     if json_file:
-        write_text(json_file, study_json(study))
+        write_text(json_file, json_text(study.to_dict(), indent=None))
     if html_file:
         write_text(html_file, render_page(section.heading, [section]))
     return DONE if study.holds else MISSED

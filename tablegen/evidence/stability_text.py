@@ -1,13 +1,11 @@
-"""Summary of a stability study: rows by group, worst cases, and JSON."""
+"""Summary of a stability study: worst cases, failures, and rows by coefficient of friction."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from sampler.files import json_text
 from tablegen.evidence.page import Block, Headline, Section
 from tablegen.evidence.stability import Outcome, Study
-from tablegen.evidence.stability_cases import FORMS, Case
 from tablegen.evidence.stability_friction import FrictionOutcome
 from tablegen.presentation import TextTable
 
@@ -22,7 +20,6 @@ _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("flight", "flight", max),
     ("least v+", "least_velocity", min),
 )
-HEAD = ("cases of", "cases", "particles", "failed", *(q[0] for q in _QUANTITIES))
 WORST_HEAD = ("quantity", "value", "case")
 FRICTION_HEAD = (
     *("static", "dynamic", "particles", "laws failed", "us per rebound"),
@@ -30,11 +27,9 @@ FRICTION_HEAD = (
 )
 
 LEGEND = (
-    "*: every case is outside the speeds at which the restitution law was measured. growth: gain",
-    "of energy, residual: of the collision equations, drift: relative, of energy or angular",
-    "momentum in flight, depth: below the wall in a; contact, flight: mean change of a particle's",
-    "state, in V and V/a, by half the contact resolution and by half the flight tolerance. Every",
-    "quantity is that of the worst case.",
+    "growth: gain of energy, residual: of the collision equations, drift: relative, of energy or",
+    "angular momentum in flight, depth: below the wall in a; contact, flight: mean change of a",
+    "particle's state, in V and V/a, by half the contact resolution and half the flight tolerance.",
 )
 
 #: Sentence of a study in which no case failed.
@@ -44,57 +39,15 @@ GOOD = "The model holds in every case."
 _LISTED = 20
 
 
-def _worst(outcomes: Sequence[Outcome], name: str, choose: Callable[..., Any]) -> Any:
-    """Value of a quantity in its worst case, and that outcome; None if it was not measured."""
-    pairs = [(getattr(o.figures, name, None), o) for o in outcomes]
-    known = [(value, outcome) for value, outcome in pairs if value is not None]
-    return choose(known, key=lambda pair: pair[0]) if known else None
-
-
-def group_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
-    """Cells by shape, form, angle, speed and size of the spin; the last row is of all cases.
-
-    A star marks a group in which every case extrapolates the restitution law.
-    """
-    forms = sorted(outcomes, key=lambda o: FORMS.index(o.case.form))
-    spins = sorted(outcomes, key=lambda o: abs(o.case.spin))
-    return [
-        *_rows(outcomes, lambda case: case.shape),
-        *_rows(forms, lambda case: case.form),
-        *_rows(outcomes, lambda case: f"{case.alpha_deg:g} degrees"),
-        *_rows(outcomes, lambda case: f"{case.speed:g} m/s"),
-        *_rows(spins, lambda case: f"spin {abs(case.spin):g} V/a"),
-        _row("all", outcomes),
-    ]
-
-
-def _rows(outcomes: Sequence[Outcome], title: Callable[[Case], str]) -> Iterator[list[str]]:
-    """Rows of the outcomes with equal titles."""
-    groups: dict[str, list[Outcome]] = {}
-    for outcome in outcomes:
-        groups.setdefault(title(outcome.case), []).append(outcome)
-    for name, members in groups.items():
-        mark = " *" if all(outcome.extrapolated for outcome in members) else ""
-        yield _row(name + mark, members)
-
-
-def _row(name: str, outcomes: Sequence[Outcome]) -> list[str]:
-    failed = sum(bool(o.failures) for o in outcomes)
-    counts = (len(outcomes), sum(o.particles for o in outcomes), failed)
-    cells = [name, *(f"{count:,}" for count in counts)]
-    for _, attribute, choose in _QUANTITIES:
-        worst = _worst(outcomes, attribute, choose)
-        cells.append("-" if worst is None else f"{worst[0]:.2g}")
-    return cells
-
-
 def worst_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
     """Quantity, value and case of each of the worst cases, with the seed that repeats it."""
     rows = []
     for words, attribute, choose in _QUANTITIES:
-        if (worst := _worst(outcomes, attribute, choose)) is not None:
-            value, outcome = worst
-            rows.append([words, f"{value:.4g}", f"{outcome.case} (seed {outcome.seed})"])
+        values = [(getattr(one.figures, attribute, None), one) for one in outcomes]
+        known = [pair for pair in values if pair[0] is not None]
+        if known:
+            value, one = choose(known, key=lambda pair: pair[0])
+            rows.append([words, f"{value:.4g}", f"{one.case} (seed {one.seed})"])
     return rows
 
 
@@ -149,19 +102,10 @@ def study_section(study: Study) -> Section:
         Headline(kind, words, failure_lines(study)),
         counts,
         numerics,
-        TextTable("Cases by group", HEAD, group_rows(outcomes)),
-        "\n".join(LEGEND),
         TextTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
+        "\n".join(LEGEND),
     ]
     if study.friction:
         caption = "Coulomb friction: random impacts of the whole population at restitutions 0 to 1"
         blocks.append(TextTable(caption, FRICTION_HEAD, friction_rows(study.friction)))
     return Section(f"Stability of the direct model: {study.pair}", blocks)
-
-
-def study_json(study: Study) -> str:
-    """Every case of a study as JSON, one to a line."""
-    data = study.to_dict()
-    cases = [json_text(case, indent=None).rstrip() for case in data.pop("cases")]
-    head = json_text(data).removesuffix("\n}\n")
-    return head + ',\n "cases": [\n  ' + ",\n  ".join(cases) + "\n ]\n}\n"

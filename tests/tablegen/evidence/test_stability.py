@@ -10,18 +10,12 @@ from command_line import DONE, MISSED
 from sampler.errors import InputError
 from tablegen.config.config import load_config
 from tablegen.evidence import stability as module
+from tablegen.evidence import stability_cases
 from tablegen.evidence import stability_friction as friction
-from tablegen.evidence.stability import Outcome, Study, run_case, run_study
-from tablegen.evidence.stability_cases import FORMS, FULL, QUICK, Case, Grid
+from tablegen.evidence.stability import Study, run_case, run_study
+from tablegen.evidence.stability_cases import Case, all_cases
 from tablegen.evidence.stability_friction import run_friction
-from tablegen.evidence.stability_text import (
-    GOOD,
-    HEAD,
-    failure_lines,
-    group_rows,
-    study_json,
-    worst_rows,
-)
+from tablegen.evidence.stability_text import GOOD, failure_lines, worst_rows
 from tablegen.model import audit as entries
 from tablegen.simulation.simulate import Simulation, make_condition, simulate_condition
 
@@ -34,34 +28,16 @@ CASES = [
     Case("tetrahedron", (0.02, 1.0), 0.5, 1.0, 5.0),
 ]
 
-#: A few cases: flat and slender particles, grazing and normal impact, with and without spin.
-FEW = (
-    *("--shape", "prism", "--shape", "ellipsoid"),
-    *("--aspect", 1, 0.02, "--aspect", 0.02, 0.5, "--alpha", 0.5, "--alpha", 90),
-    *("--speed", 50, "--spin", 0, "--spin", -5),
-    *("--count", 3, "--threads", 1, "--quiet"),
-)
+#: Words of a short study of `CASES`.
+FEW = ("--count", 3, "--threads", 1, "--quiet", "--friction")
 
 
 def test_full_study_is_the_whole_product_and_the_quick_one_a_part_of_it():
-    sizes = [len(axis) for axis in (FULL.aspects, FULL.angles_deg, FULL.speeds, FULL.spins)]
-    assert sizes == [25, 8, 5, 7]
-    full, quick = list(FULL.cases()), set(QUICK.cases())
+    full, quick = all_cases(), set(all_cases(quick=True))
     assert len(set(full)) == len(full) == 28_280 == (4 * 25 + 1) * 8 * 5 * 7
     assert len(quick) == 2368
     assert quick < set(full)
-    assert {case.form for case in quick} == set(FORMS)
-
-
-def test_given_axes_replace_the_others_and_spheres_have_no_other_ratios():
-    grid = FULL.narrowed(Grid(("sphere", "prism"), ((0.3, 0.7),), (5.0,), (), (-2.0, 0.0)))
-    assert grid.speeds == FULL.speeds
-    assert {(c.shape, c.aspect) for c in grid.cases()} == {
-        ("sphere", (1.0, 1.0)),
-        ("prism", (0.3, 0.7)),
-    }
-    with pytest.raises(InputError, match=r"aspect: got \[0.5, 0.5\], allowed for spheres: \[1, 1"):
-        FULL.narrowed(Grid(("sphere",), ((0.5, 0.5),)))
+    assert {case.aspect for case in full if case.shape == "sphere"} == {(1.0, 1.0)}
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -155,25 +131,15 @@ def test_cases_keep_their_order_and_repeat_alone_with_their_seeds(made):
     assert other == made
 
 
-def test_cases_outside_the_range_of_the_law_are_marked():
-    # from 50 to 300 m/s; the spin adds to the speed of the contact point
-    for speed, spin, outside in ((50, 5, 0), (301, 0, 1), (50, -5.1, 1), (10, 0, 1)):
-        case = replace(CASE, speed=float(speed), spin=float(spin))
-        assert run_case(CONFIG, case, 1, 1).extrapolated is bool(outside)
-
-
-def test_groups_count_their_cases_and_keep_the_worst(made):
+def test_the_worst_case_of_each_quantity_is_named_with_its_seed(made):
     well = made.outcomes[0]
-    figures = replace(well.figures, growth=0.25, most_collisions=999)
-    grows = replace(well, figures=figures, extrapolated=False)
-    stuck: Outcome = replace(well, unfinished=3, figures=None)
+    grows = replace(well, figures=replace(well.figures, growth=0.25))
+    stuck = replace(well, unfinished=3, figures=None)
     outcomes = (*made.outcomes, grows, stuck)
-    rows = {row[0]: dict(zip(HEAD, row, strict=True)) for row in group_rows(outcomes)}
-    assert (rows["all"]["cases"], rows["all"]["failed"]) == ("6", "2")
-    assert (rows["prism"]["growth"], rows["sphere"]["growth"]) == ("0.25", "0")
-    assert {"3000 m/s *", "50 m/s", "200 m/s", "disc", "spin 5 V/a"} <= set(rows)
     assert ["growth", "0.25", f"{CASE} (seed {grows.seed})"] in worst_rows(outcomes)
-    data = json.loads(study_json(Study("x", 1.0, 1.0, 1, 6, outcomes)))
+    assert len(worst_rows(outcomes)) == 8
+    assert worst_rows([stuck]) == []
+    data = Study("x", 1.0, 1.0, 1, 6, outcomes).to_dict()
     assert [bool(case["failures"]) for case in data["cases"]] == [False] * 4 + [True] * 2
 
 
@@ -210,14 +176,19 @@ def test_friction_of_any_strength_is_simulated_and_its_failures_are_named(monkey
         assert failure_lines(study)[0].startswith(line)
 
 
+@pytest.fixture
+def few_cases(monkeypatch):
+    monkeypatch.setattr(stability_cases, "all_cases", lambda _: CASES)
+
+
+@pytest.mark.usefixtures("few_cases")
 def test_good_model_is_status_0(run, tmp_path):
     record, page = tmp_path / "s.json", tmp_path / "s.html"
-    words = (*FEW, "--friction", 5)
-    ended = run("stability", "demo", *words, "--json", record, "--html", page)
+    ended = run("stability", "demo", *FEW, 5, "--json", record, "--html", page)
     assert (ended.status, ended.err) == (DONE, "")
-    assert "48 particles in 16 cases, cases with failures: none" in ended.out
+    assert "12 particles in 4 cases, cases with failures: none" in ended.out
     data = json.loads(record.read_text())
-    assert (data["holds"], data["pair"], len(data["cases"])) == (True, "corundum-steel", 16)
+    assert (data["holds"], data["pair"], len(data["cases"])) == (True, "corundum-steel", 4)
     assert {law["rebounds"] for law in data["friction"]} == {5}
     assert "Coulomb friction: random impacts" in ended.out
     assert GOOD in ended.out
@@ -250,27 +221,15 @@ def does_not_finish(made):
         (does_not_finish, "a particle is unfinished"),
     ],
 )
+@pytest.mark.usefixtures("few_cases")
 def test_wrong_model_is_status_1_and_is_reported(run, tmp_path, monkeypatch, change, complaint):
     right, record = module.simulate_condition, tmp_path / "s.json"
     monkeypatch.setattr(module, "simulate_condition", lambda *a, **b: change(right(*a, **b)))
-    ended = run("stability", *FEW, "--json", record)
+    ended = run("stability", *FEW, 0, "--json", record)
     assert (ended.status, ended.err) == (MISSED, "")
     assert complaint in ended.out
     assert GOOD not in ended.out
     assert json.loads(record.read_text())["holds"] is False
-
-
-@pytest.mark.parametrize(
-    ("words", "parts"),
-    [
-        (("--aspect", 1, "nan"), ("--aspect", "got 'nan'")),
-        (("--shape", "sphere", "--aspect", 0.5, 1), ("aspect: got [0.5, 1]", "spheres")),
-    ],
-)
-def test_refusals_name_flag_and_value(refused, monkeypatch, words, parts):
-    monkeypatch.setattr(module, "run_study", None)
-    line = refused("stability", *words)
-    assert all(part in line for part in parts)
 
 
 def test_a_tolerance_that_cannot_be_halved_is_refused():
@@ -281,9 +240,9 @@ def test_a_tolerance_that_cannot_be_halved_is_refused():
 
 @pytest.mark.study
 def test_quick_study_and_spins_of_50_hold():
-    grid = QUICK.narrowed(Grid((), (), (0.01, 0.5, 70.0, 89.99), (10.0, 300.0), (50.0, -50.0)))
-    for cases, count in ((QUICK.cases(), 16), (grid.cases(), 8)):
-        study = run_study(CONFIG, list(cases), count=count, seed=3)
+    fast = [case for case in all_cases() if abs(case.spin) == 50.0 and case.speed in (10.0, 300.0)]
+    for cases, count in ((all_cases(quick=True), 16), (fast[::5], 8)):
+        study = run_study(CONFIG, cases, count=count, seed=3)
         assert study.holds, [str(outcome.case) for outcome in study.failed]
 
 
