@@ -24,21 +24,24 @@ from tablegen.simulation.impact_chains import (
     WALLS,
     depart,
     first_impacts,
+    joined_impacts,
     next_impacts,
     uniform_numbers,
 )
 
 SHAPES = tuple(SHAPE_CODES)[:4]
+#: Coordinate of the shapes, which are never neighbours.
+APART = 100.0
 HITS, SPEED, SEED = 6, 240.0, 1
 #: Coordinate of the speed, which counts little.
 SLOWNESS = SpeedCoordinate(0.03, 0.5)
 
 
 def place(impacts):
-    """Coordinates in which particles are neighbours, (n, 7)."""
+    """Coordinates in which particles are neighbours, (n, 8)."""
     conditions = np.column_stack([impacts.alpha1, impacts.speed, impacts.spin])
     q, _ = folded(coordinates(conditions, SLOWNESS))
-    return np.hstack([q, impacts.grain[:, 1:]])
+    return np.hstack([q, impacts.grain[:, 1:], APART * impacts.grain[:, :1]])
 
 
 def exchanged(model, impacts, others, tree, rng):
@@ -87,17 +90,19 @@ def main():
     raw = argparse.RawTextHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
     parser.add_argument("--pair", default="corundum-steel")
-    parser.add_argument("--shape", choices=SHAPES, default="ellipsoid")
+    parser.add_argument("--shape", choices=(*SHAPES, "all"), default="ellipsoid")
     parser.add_argument("--walls", choices=WALLS[:3], default="opposite")
     parser.add_argument("--alpha", type=float, default=30.0, help="first angle, degrees")
     parser.add_argument("--count", type=int, default=100_000)
     given = parser.parse_args()
-    shapes = {name: float(name == given.shape) for name in SHAPES}
+    shapes = {name: float(given.shape in (name, "all")) for name in SHAPES}
     config = load_config(given.pair).with_changes({"population": {"shapes": shapes}})
     model, rng = DirectModel(config), np.random.default_rng(SEED)
-    code = SHAPE_CODES[given.shape]
-    of_fit = Range.of(config), config.population, code, 4 * given.count, lambda hit: hit, rng
-    pool = spinning_impacts(model, *of_fit)
+    codes = [SHAPE_CODES[name] for name, share in shapes.items() if share]
+    how = 4 * given.count, lambda hit: hit, rng
+    pool = joined_impacts(
+        [spinning_impacts(model, Range.of(config), config.population, code, *how) for code in codes]
+    )
     for kind in ("chain", "fit", "any"):
         errors = chain(model, given.walls, given.alpha, given.count, kind, pool, rng)
         print(f"{kind:6s}", *(f"{100.0 * error:+6.1f} %" for error in errors), flush=True)
