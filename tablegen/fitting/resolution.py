@@ -49,7 +49,7 @@ class SpinSizes(NamedTuple):
     still_leaves: int  # of a shape, for conditions without
     groups: int  # of a leaf; a file has room for 8
     experts: int  # of a group; a file has room for 16
-    rebounds: int  # for the fit of a leaf, and half as many for its quantiles
+    rebounds: int  # for the fit of a leaf, and as many again for its quantiles
     knots: int  # of each quantile function
 
     @property
@@ -67,7 +67,7 @@ class SpinSizes(NamedTuple):
 #: Sizes by preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
     "compact": SpinSizes(80, 64, 8, 8, 180_000, 65),
-    "standard": SpinSizes(176, 192, 8, 16, 300_000, 97),
+    "standard": SpinSizes(176, 128, 8, 16, 300_000, 97),
     "fine": SpinSizes(384, 160, 8, 16, 480_000, 129),
 }
 

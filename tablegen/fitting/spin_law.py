@@ -229,9 +229,9 @@ def leaf_task(
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
     largest, smallest = inertia_coefficients(config.population, shape_code)
 
-    def rebounds(rows: NDArray[np.int64], count: int, number: int) -> Rebounds:
+    def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
         # each condition about equally often, in random order
-        order = rng.permutation(np.resize(rng.permutation(rows), count))
+        order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
         met, ratios, turned = (column[order].astype("f8") for column in place[:3])
         # pi/2 in single precision is above pi/2
         met[:, 0] = np.minimum(met[:, 0], math.pi / 2.0)
@@ -244,8 +244,8 @@ def leaf_task(
         held = shares if has_works(config.domain.columns) else shares[:, :0]
         return Rebounds(met, ratios, left.states, energy, held)
 
-    around = rebounds(np.arange(len(place.conditions)), sizes.rebounds, 0)
-    within = rebounds(np.flatnonzero(place.inside), sizes.rebounds // 2, 1)
+    around = rebounds(np.arange(len(place.conditions)), 0)
+    within = rebounds(np.flatnonzero(place.inside), 1)
     watch.stage("simulation")
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
