@@ -135,7 +135,8 @@ def _verdicts(made: Calibration) -> list[str]:
     if parts := [one.simulated / one.measured for one in spreads if one.measured > 0.0]:
         lines[-1] += f"; {min(parts):.0%} to {max(parts):.0%} of the measured ones"
     shapes = made.config.population.shapes.positive().keys()
-    if made.missed and shapes and not shapes & {"ellipsoid", "sphere"}:
+    angular = shapes and not shapes & {"ellipsoid", "sphere"}
+    if made.missed and angular and _ROUNDED not in made.labels:
         lines.append(f"rounded grains may follow the means: free {_ROUNDED} as well")
     start, end = made.of_means
     if end > start:

@@ -240,8 +240,12 @@ def test_a_tolerance_that_cannot_be_halved_is_refused():
 
 @pytest.mark.study
 def test_quick_study_and_spins_of_50_hold():
-    fast = [case for case in all_cases() if abs(case.spin) == 50.0 and case.speed in (10.0, 300.0)]
-    for cases, count in ((all_cases(quick=True), 16), (fast[::5], 8)):
+    quick = all_cases(quick=True)
+    kept = {"alpha_deg": (0.01, 0.5, 70.0, 89.99), "speed": (10.0, 300.0), "spin": (50.0, -50.0)}
+    kept["aspect"] = {case.aspect for case in quick}
+    fast = [c for c in all_cases() if all(getattr(c, name) in kept[name] for name in kept)]
+    assert len(fast) == (4 * 9 + 1) * 4 * 2 * 2
+    for cases, count in ((quick, 16), (fast, 8)):
         study = run_study(CONFIG, cases, count=count, seed=3)
         assert study.holds, [str(outcome.case) for outcome in study.failed]
 

@@ -125,8 +125,9 @@ def test_spreads(measured):
     assert "worse in the means" in "".join(fit_lines(replace(above, of_means=(1.0, 2.0))))
     angular = replace(above, config=load_config("start-tabulated"))
     far = replace(angular, numbers=tuple(replace(one, simulated=9.0) for one in above.numbers))
-    said = ["free population.shapes.ellipsoid" in "".join(fit_lines(one)) for one in (angular, far)]
-    assert said == [False, True]
+    freed = replace(far, labels=("population.shapes.ellipsoid", *far.labels[1:]))
+    hint, made = "free population.shapes.ellipsoid", (angular, far, freed)
+    assert [hint in "".join(fit_lines(one)) for one in made] == [False, True, False]
     assert fitted(2.0, "fit")[1] > 1.0
     assert fitted(0.5, "upper-bound")[1] > 1.0
 
