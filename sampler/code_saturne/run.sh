@@ -16,4 +16,4 @@ mkdir -p "$folder"
 bash "$here/install.sh"
 "$python" -m sampler export corundum-steel --output "$folder/corundum-steel.rbt"
 PYTHONPATH="$here/../../tests${PYTHONPATH:+:$PYTHONPATH}" \
-    "$python" "$here/../../tests/code_saturne/wall.py" "$folder"
+    "$python" "$here/../../tests/code_saturne/saturne_wall.py" "$folder"

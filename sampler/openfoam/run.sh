@@ -10,4 +10,4 @@ source "$(dirname "${BASH_SOURCE[0]}")/folder.sh"
 
 "$HERE/bend.sh" "$FOLDER"
 PYTHONPATH="$HERE/../../tests${PYTHONPATH:+:$PYTHONPATH}" \
-    "${PYTHON:-python3}" "$HERE/../../tests/openfoam/wall.py" "$FOLDER"
+    "${PYTHON:-python3}" "$HERE/../../tests/openfoam/foam_wall.py" "$FOLDER"

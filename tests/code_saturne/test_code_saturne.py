@@ -11,7 +11,7 @@ import first_hits
 import numpy as np
 import pytest
 import saturne_run
-import wall
+import saturne_wall
 
 import sampler
 from sampler.formats.image import write_binary_table
@@ -57,7 +57,7 @@ def test_the_shipped_user_functions_compile(work, tmp_path):
 
 
 def test_statistics_are_those_of_python(work):
-    assert wall.main(work) == 0
+    assert saturne_wall.main(work) == 0
 
 
 def test_a_wrong_law_is_rejected(work):

@@ -10,22 +10,16 @@ import shots
 import sampler
 
 
-def script(name, *arguments):
-    """Run a script of sampler/openfoam."""
-    command = ["bash", str(foam_run.PLUGIN / name), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
 @pytest.fixture(scope="session")
 def work():
     """Working folder with OpenFOAM, the plugin and the table; the usual one, or OPENFOAM_FOLDER."""
     given = os.environ.get("OPENFOAM_FOLDER")
-    installed = script("install.sh", *([given] if given else []))
+    installed = foam_run.script("install.sh", *([given] if given else []))
     if installed.returncode == 2:
         pytest.skip(installed.stderr.strip())
     assert installed.returncode == 0, installed.stderr
     folder = Path(installed.stdout.rpartition(": ")[2].strip())
-    built = script("build.sh", folder)
+    built = foam_run.script("build.sh", folder)
     assert built.returncode == 0, built.stderr
     table = folder / foam_run.TABLE
     export = [sys.executable, "-m", "tablegen", "export", "corundum-steel", "--output", table]

@@ -9,11 +9,10 @@ from pathlib import Path
 import first_hits
 import foam_files
 import foam_run
+import foam_wall
 import numpy as np
 import pytest
 import shots
-import wall
-from conftest import script
 
 import sampler
 from sampler.formats.image import write_binary_table
@@ -71,7 +70,7 @@ def last_counts(log):
 
 
 def test_statistics_are_those_of_direct_simulation(work):
-    assert wall.main(work) == 0
+    assert foam_wall.main(work) == 0
 
 
 def test_a_wrong_law_is_rejected(work, tmp_path):
@@ -343,7 +342,7 @@ def test_kinematic_parcels_keep_no_spin_beside_a_dispersion_model(work, started,
 
 
 def test_bend(work):
-    done = script("bend.sh", work)
+    done = foam_run.script("bend.sh", work)
     assert done.returncode == 0, done.stderr
     assert (work / "bend" / "bend.png").stat().st_size > 10_000
     log = (work / "bend" / "table" / "log.icoUncoupledKinematicParcelFoam").read_text()

@@ -1,6 +1,6 @@
 """Shoot particles at walls in code_saturne, and compare their rebounds with Python.
 
-    PYTHONPATH=tests python tests/code_saturne/wall.py FOLDER [COUNT]
+    PYTHONPATH=tests python tests/code_saturne/saturne_wall.py FOLDER [COUNT]
 
 FOLDER is a working folder, with corundum-steel.rbt; COUNT the number of particles of each
 condition in each run. First hits on floor and lid are compared with Python's draws from the same

@@ -1,6 +1,6 @@
 """Shoot parcels at a wall in OpenFOAM, and compare their rebounds with direct simulation.
 
-    PYTHONPATH=tests python tests/openfoam/wall.py FOLDER [COUNT]
+    PYTHONPATH=tests python tests/openfoam/foam_wall.py FOLDER [COUNT]
 
 FOLDER is where install.sh and build.sh of sampler/openfoam worked, with corundum-steel.rbt; COUNT
 the number of parcels of each condition at each of two walls. Prints a table, and ends with 1 if a
