@@ -453,7 +453,9 @@ struct rbt_table {
     double valid_speed[2], least_inertia;
     double variate_max, variate_scale;
     int32_t n_knots, n_components, n_classes, n_channels, n_marginals, n_columns, stride;
-    int32_t spheres; /* whether alpha.coordinate has laws of contact; then there are no nodes */
+    int32_t spheres; /* whether rebounds follow from laws of contact; then there are no nodes */
+    int32_t n_laws;  /* numbers of them; 0: none */
+    const double *laws;
     int8_t channels[RBTI_NAMES], marginals[RBTI_NAMES], columns[RBTI_NAMES];
     uint32_t held; /* bits of the variables among the columns */
     int8_t mirrored[RBTI_NAMES]; /* whether reflection turns the sign of a row of a factor */
@@ -582,6 +584,9 @@ extern "C" {
 #define RBTI_GROUP_SIZE 16
 #define RBTI_INERTIA 0.6666666666666666
 #define RBTI_LEAST_RATIO 0.001
+#define RBTI_LEAST_FLATNESS 0.002
+#define RBTI_LEAST_REST 1e-06
+#define RBTI_MOST_POWER 20.0
 #define RBTI_SCORE_MAX 6.0f
 #define RBTI_PER_SQUARE 0.027777778f
 #define RBTI_GATE_UNIT (1.0f / 512.0f)
@@ -1105,10 +1110,10 @@ RBTI_INLINE RBT_DEVICE double rbti_restitution(const double *law, double speed, 
 RBTI_INLINE RBT_DEVICE double rbti_pull(const rbt_table *table, double normal, double slide,
                                         double size, double sine, double ahead)
 {
-    const double *law = table->alpha.coordinate;
+    const double *law = table->laws;
     const int kind = (int)law[RBTI_RESISTANCE], before = RBTI_NUMBERS + (int)law[RBTI_LENGTH];
     const double number =
-        before < table->alpha.grid ? rbti_tabulated(law + before, asin(sine), 1.0) : 0.0;
+        before < table->n_laws ? rbti_tabulated(law + before, asin(sine), 1.0) : 0.0;
     if (kind == RBTI_COULOMB) {
         const double back = (1.0 + rbti_bounded(number, -1.0, 1.0)) / RBTI_MOBILITY;
         return slide > 0.0 ? rbti_bounded(law[RBTI_FACTOR] * normal / slide, 0.0, back) : 0.0;
@@ -1120,13 +1125,13 @@ RBTI_INLINE RBT_DEVICE double rbti_pull(const rbt_table *table, double normal, d
     return c / (1.0 + 0.5 * RBTI_MOBILITY * c);
 }
 
-/* Rebound of a sphere: the first variables of its state; spin may be NULL. The rotational energy is
-   over all energy before, works are over m V^2 / 2. None is gained, whatever the numbers of the laws are. */
+/* Rebound of a sphere: all variables of its state; spin may be NULL. The rotational energy is over all
+   energy before, works are over m V^2 / 2. None is gained, whatever the numbers of the laws are. */
 RBTI_APART RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, double speed,
-                                       const double *spin, int variables, double *state)
+                                       const double *spin, double values[RBT_VALUES])
 {
     const double angle = rbti_bounded(alpha1, RBTI_LEAST_ANGLE, RBTI_HALF_PI);
-    const double j = RBTI_SPHERE_INERTIA, *law = table->alpha.coordinate;
+    const double j = RBTI_SPHERE_INERTIA, *law = table->laws;
     const double x = spin ? spin[0] : 0.0, y = spin ? spin[1] : 0.0, z = spin ? spin[2] : 0.0;
     const double u = cos(angle), v = sin(angle), slide = sqrt((u + z) * (u + z) + x * x);
     const double size = sqrt(slide * slide + v * v), sine = v < size ? v / size : 1.0;
@@ -1136,10 +1141,19 @@ RBTI_APART RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, do
     const double pull = rbti_pull(table, away + v, slide, size, sine, v);
     const double turn_x = x - pull / j * x, turn_z = z - pull / j * (u + z);
     const double energy = 1.0 + j * (x * x + y * y + z * z);
-    const double values[RBT_VALUES] = {
+    const double found[RBT_VALUES] = {
         u - pull * (u + z), away, pull * x, turn_x, y, turn_z,
         j * (turn_x * turn_x + y * y + turn_z * turn_z) / energy, 1.0,
         (v - away) * (v + away), pull * (2.0 - pull * RBTI_MOBILITY) * slide * slide};
+    memcpy(values, found, sizeof found);
+}
+
+/* The first variables of a sphere's state, those that the table has. */
+RBTI_INLINE RBT_DEVICE void rbti_sphere_state(const rbt_table *table, double alpha1, double speed,
+                                              const double *spin, int variables, double *state)
+{
+    double values[RBT_VALUES];
+    rbti_sphere(table, alpha1, speed, spin, values);
     for (int k = 0; k < variables; k++)
         state[k] = (table->held >> k & 1u) ? values[k] : 0.0;
 }
@@ -1153,7 +1167,7 @@ RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, doub
     if (status < RBT_OK)
         return status;
     if (table->spheres) {
-        rbti_sphere(table, alpha1, speed, NULL, variables, state);
+        rbti_sphere_state(table, alpha1, speed, NULL, variables, state);
         return status;
     }
     if (table->n_channels != 6) {
@@ -1725,6 +1739,34 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
     }
 }
 
+/* Outcomes of a table with laws of contact are less those of a sphere, over 1 - c/a: add these. The
+   sphere has the mean moment of inertia of the grain. */
+RBTI_INLINE RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table, rbti_spin_draws *d)
+{
+    const rbt_spin_law *law = &table->spin;
+    RBTI_EACH_DRAW(r) {
+        const double *root = d->inputs + r, *ratios = d->inputs + RBTI_RATIO * m + r;
+        const double b = ratios[0], c = b * ratios[m], turn = d->turn[r], factor = d->factor[r];
+        const double radius = sqrt((1.0 + b * b + c * c) / 3.0);
+        const double flat = rbti_bounded(1.0 - c, RBTI_LEAST_FLATNESS, 1.0);
+        const double x = d->spin[r], y = d->spin[m + r], z = d->spin[2 * m + r];
+        const double spin[3] = {turn * radius * x, turn * radius * y, radius * z};
+        const double more = rbti_spin_factor(x, y, z);
+        const double fast = rbti_bounded(d->speed[r] * more, law->speed_first, law->speed_last);
+        double of[RBT_VALUES];
+        rbti_sphere(table, root[0] * root[0], fast / more, spin, of);
+        const double left = factor * factor - (of[0] * of[0] + of[1] * of[1] + of[2] * of[2]);
+        const double scale = 1.0 / sqrt(rbti_bounded(left, RBTI_LEAST_REST * factor * factor, left));
+        float *found = d->outcomes + r;
+        const double raised = rbti_bounded(flat * (double)found[m], -RBTI_MOST_POWER, RBTI_MOST_POWER);
+        found[0] = (float)(scale * of[0] + flat * (double)found[0]);
+        found[m] = (float)(scale * of[1] * exp(raised));
+        found[2 * m] = (float)(scale * of[2] + flat * (double)found[2 * m]);
+        for (size_t k = 3; k < 6; k++)
+            found[k * m] = (float)(of[k] / (radius * factor) + flat * (double)found[k * m]);
+    }
+}
+
 /* Outcomes to states of `count` draws, the first six variables or all. With E, the square of `factor`,
    the most energy that the grain can have before, E / (1 + |p|^2) is left for the rotation after: an
    angular velocity with more is shortened. The works are the share b of what both leave; of them the
@@ -1795,6 +1837,8 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
     rbti_fill_scores(m, outcomes, law, d);
     rbti_find_knots(m, (int32_t)outcomes, law, d);
     rbti_fill_outcomes(m, (int32_t)outcomes, law, d);
+    if (table->n_laws > 0)
+        rbti_add_spheres(m, table, d);
     rbti_to_spin_states(m, count, outcomes, variables, table, d, states);
 }
 
@@ -1832,7 +1876,7 @@ RBTI_APART_CLONES RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double a
     if (grains->given && !rbti_grain_holds(&table->spin, grains->given))
         return RBT_ERR_GRAIN_NOT_KNOWN;
     if (table->spheres) {
-        rbti_sphere(table, alpha1, speed, spin, variables, state);
+        rbti_sphere_state(table, alpha1, speed, spin, variables, state);
         return status;
     }
     rbti_spin_draws draws;
@@ -2065,7 +2109,7 @@ RBTI_INLINE size_t rbti_sample_spins(const rbt_table *table, const rbt_condition
     rbti_spin_draws draws RBTI_ALIGNED;
     const size_t count = rbti_spin_conditions(table, given, first, most, &draws, code, report);
     for (size_t r = 0; r < count && table->spheres; r++)
-        rbti_sphere(table, draws.alpha1[r], draws.speed[r],
+        rbti_sphere_state(table, draws.alpha1[r], draws.speed[r],
                     given->spin ? given->spin + 3 * (first + r) : NULL, variables,
                     states + (size_t)variables * r);
     if (count > 0 && !table->spheres)
@@ -2083,7 +2127,7 @@ RBTI_INLINE size_t rbti_sample_nodes(const rbt_table *table, const rbt_condition
     const size_t count = rbti_conditions(table, given->alpha1, given->speed, first, most, &draws,
                                          code, report);
     for (size_t r = 0; r < count && table->spheres; r++)
-        rbti_sphere(table, draws.alpha1[r], draws.speed[r], NULL, variables,
+        rbti_sphere_state(table, draws.alpha1[r], draws.speed[r], NULL, variables,
                     states + (size_t)variables * r);
     if (count > 0 && !table->spheres)
         rbti_draw_block(RBTI_BLOCK, table, seed, given->index + first, given->hit + first, count,
@@ -2890,7 +2934,7 @@ typedef struct rbti_header {
         at_node_cut, at_node_child, at_inputs, at_spin_spans, at_spin_quantiles, at_group_gates,
         at_gates, at_experts;
     double least_inertia, spin_size[2];
-    uint64_t at_shape_inertia;
+    uint64_t at_shape_inertia, n_laws, at_laws;
 } rbti_header;
 /* end header */
 
@@ -2908,7 +2952,6 @@ typedef struct rbti_header {
 #define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80, 0x101, 0x14b}
 #define RBTI_NORMAL_HAT 0x100u
 #define RBTI_FIRST_HEADER_BYTES 432
-#define RBTI_SECOND_HEADER_BYTES 680
 /* least and largest value; see sampler/formats/bounds.py */
 #define RBTI_ALPHA_BOUNDS 1.7453292519925846e-11, 1.5707963267964675
 #define RBTI_SPEED_BOUNDS 1e-09, 1000000000.0
@@ -2974,6 +3017,8 @@ typedef struct rbti_header {
        rbti_expert_stride(rbti_outcomes(h)), 8)
 #define RBTI_INERTIA_ARRAYS(DO)                                                                    \
     DO(shape_inertia, spin.shape_inertia, double, h->n_shapes, (uint64_t)2, 0)
+#define RBTI_LAW_ARRAYS(DO)                                                                        \
+    DO(laws, laws, double, h->n_laws, 1, 0)
 /* end checks */
 
 /* End a function with a code where something does not hold. */
@@ -3012,12 +3057,10 @@ static uint64_t rbti_nodes(const rbti_header *header)
 
 #endif
 
-/* Size of a header: those of versions 1.0, and 1.1 and 1.2, are shorter. */
+/* Size of what is known of a header: those of older versions are shorter, those of newer ones longer. */
 static RBT_DEVICE size_t rbti_header_bytes(const rbti_header *header)
 {
-    return header->minor > 2   ? sizeof *header
-           : header->minor > 0 ? RBTI_SECOND_HEADER_BYTES
-                               : RBTI_FIRST_HEADER_BYTES;
+    return header->header_bytes < sizeof *header ? header->header_bytes : sizeof *header;
 }
 
 /* Header of an image, and what older ones do not say: any speed and any spin is valid. */
@@ -3043,7 +3086,8 @@ static int rbti_check_start(const char *image, size_t size, rbti_header *header)
     RBTI_NEED(size >= RBTI_FIRST_HEADER_BYTES, RBT_ERR_SIZE);
     memcpy(header, image, RBTI_FIRST_HEADER_BYTES);
     RBTI_NEED(header->major == RBTI_MAJOR, RBT_ERR_VERSION);
-    RBTI_NEED(size >= rbti_header_bytes(header), RBT_ERR_SIZE);
+    RBTI_NEED(header->header_bytes >= RBTI_FIRST_HEADER_BYTES && size >= header->header_bytes,
+              RBT_ERR_SIZE);
     RBTI_NEED(header->file_bytes == size && size < RBTI_MOST_BYTES, RBT_ERR_SIZE);
     rbti_read_header(image, header);
     return RBT_OK;
@@ -3150,6 +3194,8 @@ static int rbti_check_offsets(const rbti_header *h)
         RBTI_SPIN_ARRAYS(RBTI_DO)
         if (h->at_shape_inertia > 0)
             RBTI_INERTIA_ARRAYS(RBTI_DO)
+        if (h->n_laws > 0)
+            RBTI_LAW_ARRAYS(RBTI_DO)
     }
 #undef RBTI_DO
     return RBT_OK;
@@ -3371,7 +3417,7 @@ static int rbti_check_leaves(const rbt_spin_law *law)
 
 /* Every outcome within bounds; that of v is not negative, and from the second knot on so far above 0
    that no draw of v is rounded to it. */
-static int rbti_check_outcomes(const rbt_spin_law *law)
+static int rbti_check_outcomes(const rbt_spin_law *law, int less_spheres)
 {
     const double bounds[2] = {RBTI_OUTCOME_BOUNDS}, slack = 1.0 + 1e-6;
     const size_t knots = (size_t)law->n_knots, outcomes = (size_t)law->n_outcomes;
@@ -3379,7 +3425,7 @@ static int rbti_check_outcomes(const rbt_spin_law *law)
     for (size_t k = 0; k < functions; k++) {
         const double least = (double)law->spans[2 * k], step = (double)law->spans[2 * k + 1];
         const uint16_t *steps = law->quantiles + k * knots;
-        const int of_v = k % outcomes == 1;
+        const int of_v = !less_spheres && k % outcomes == 1;
         unsigned falls = 0;
         RBTI_NEED(rbti_within(least, of_v ? 0.0 : bounds[0], bounds[1]) &&
                       rbti_within(step, 0.0, bounds[1]) && least + step * 65535.0 <= bounds[1] * slack,
@@ -3392,13 +3438,49 @@ static int rbti_check_outcomes(const rbt_spin_law *law)
     return RBT_OK;
 }
 
-static int rbti_check_spin_law(const rbt_spin_law *law)
+/* Whether numbers are a table over angles and at most so many speeds. */
+static int rbti_is_table(const double *numbers, int count, double speeds)
 {
+    const double n = count < 2 ? 0.0 : numbers[0], m = count < 2 ? 0.0 : numbers[1];
+    int holds = n >= 1.0 && m >= 1.0 && m <= speeds && floor(n) == n && floor(m) == m &&
+                (double)count == 2.0 + n + m + n * m;
+    for (int k = 3; holds && k < 2 + (int)n + (int)m; k++)
+        holds = k == 2 + (int)n || numbers[k] > numbers[k - 1];
+    return holds;
+}
+
+/* Laws of contact, of finite numbers. */
+static int rbti_check_laws(const rbt_table *table)
+{
+    const double *law = table->laws;
+    const int32_t count = table->n_laws;
+    RBTI_NEED(count >= RBTI_NUMBERS, RBT_ERR_DIMENSIONS);
+    for (int32_t k = 0; k < count; k++)
+        RBTI_NEED(rbti_finite(law[k]), RBT_ERR_DIMENSIONS);
+    RBTI_NEED(law[RBTI_RESOLUTION] > 0.0 && law[RBTI_RESOLUTION] <= RBTI_GRAZING &&
+                  rbti_within(law[RBTI_RESTITUTION], RBTI_EXPONENTIAL, RBTI_TABULATED) &&
+                  rbti_within(law[RBTI_RESISTANCE], RBTI_ORIENTATION, RBTI_COULOMB) &&
+                  rbti_within(law[RBTI_LENGTH], 0.0, (double)(count - RBTI_NUMBERS)),
+              RBT_ERR_DIMENSIONS);
+    const int length = (int)law[RBTI_LENGTH], left = count - RBTI_NUMBERS - length;
+    const int needed = (int)law[RBTI_RESISTANCE] == RBTI_TABULATED_RESISTANCE || left > 0;
+    RBTI_NEED(((int)law[RBTI_RESTITUTION] != RBTI_TABULATED ||
+               rbti_is_table(law + RBTI_NUMBERS, length, (double)length)) &&
+                  (!needed || rbti_is_table(law + RBTI_NUMBERS + length, left, 1.0)),
+              RBT_ERR_DIMENSIONS);
+    return RBT_OK;
+}
+
+static int rbti_check_spin_law(const rbt_table *table)
+{
+    const rbt_spin_law *law = &table->spin;
+    if (table->n_laws > 0)
+        RBTI_CHECK(rbti_check_laws(table));
     RBTI_CHECK(rbti_check_spin_axes(law));
     RBTI_CHECK(rbti_check_grains(law));
     RBTI_CHECK(rbti_check_trees(law));
     RBTI_CHECK(rbti_check_leaves(law));
-    return rbti_check_outcomes(law);
+    return rbti_check_outcomes(law, table->n_laws > 0);
 }
 
 static int rbti_check_values(const rbt_table *table, const rbti_header *header)
@@ -3415,7 +3497,7 @@ static int rbti_check_values(const rbt_table *table, const rbti_header *header)
     RBTI_CHECK(rbti_check_components(table, components));
     RBTI_CHECK(rbti_check_spans(table, groups));
     RBTI_CHECK(rbti_check_quantiles(table, groups * header->n_marginals));
-    return header->n_shapes > 0 ? rbti_check_spin_law(&table->spin) : RBT_OK;
+    return header->n_shapes > 0 ? rbti_check_spin_law(table) : RBT_OK;
 }
 
 #endif
@@ -3477,6 +3559,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
         table->speed.high = any[1];
     }
     table->spheres = (h->flags & RBTI_SPHERES) != 0;
+    table->n_laws = (int32_t)(table->spheres ? h->n_alpha_grid : h->n_shapes > 0 ? h->n_laws : 0);
     table->variate_max = h->variate_max;
     if (!table->spheres)
         table->variate_scale = ((double)h->n_knots - 1.0) / (2.0 * h->variate_max);
@@ -3522,8 +3605,12 @@ static RBT_DEVICE void rbti_point(rbt_table *table, const rbti_header *h, const 
         RBTI_SPIN_ARRAYS(RBTI_DO)
         if (h->at_shape_inertia > 0)
             RBTI_INERTIA_ARRAYS(RBTI_DO)
+        if (h->n_laws > 0)
+            RBTI_LAW_ARRAYS(RBTI_DO)
     }
 #undef RBTI_DO
+    if (table->spheres)
+        table->laws = table->alpha.coordinate;
 }
 
 RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size)
@@ -3540,25 +3627,12 @@ RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size)
 
 #ifndef RBT_DEVICE_ONLY
 
-/* Whether numbers are a table over angles and at most so many speeds. */
-static int rbti_is_table(const double *numbers, int count, double speeds)
-{
-    const double n = count < 2 ? 0.0 : numbers[0], m = count < 2 ? 0.0 : numbers[1];
-    int holds = n >= 1.0 && m >= 1.0 && m <= speeds && floor(n) == n && floor(m) == m &&
-                (double)count == 2.0 + n + m + n * m;
-    for (int k = 3; holds && k < 2 + (int)n + (int)m; k++)
-        holds = k == 2 + (int)n || numbers[k] > numbers[k - 1];
-    return holds;
-}
-
 /* Check an image of spheres and fill a table from it. */
 static int rbti_read_spheres(const char *image, const rbti_header *h, rbt_table *table)
 {
-    const int32_t count = (int32_t)h->n_alpha_grid;
     RBTI_NEED(rbti_pair_holds(h) && rbti_name_bits(h->columns, h->n_columns, RBT_VALUES),
               RBT_ERR_NAMES);
-    RBTI_NEED(count >= RBTI_NUMBERS && h->n_columns <= RBTI_NAMES && h->n_shapes == 1,
-              RBT_ERR_DIMENSIONS);
+    RBTI_NEED(h->n_columns <= RBTI_NAMES && h->n_shapes == 1, RBT_ERR_DIMENSIONS);
     RBTI_NEED(rbti_lies(h, h->at_alpha_coordinate, h->n_alpha_grid, 1, 0, sizeof(double)) &&
                   rbti_lies(h, h->at_shape_codes, 1, 1, 0, sizeof(int32_t)) &&
                   rbti_lies(h, h->at_shape_shares, 1, 1, 0, sizeof(double)) &&
@@ -3567,20 +3641,7 @@ static int rbti_read_spheres(const char *image, const rbti_header *h, rbt_table 
     RBTI_NEED(rbti_range_holds(h->valid_speed[0], h->valid_speed[1], 0.0, 1e300), RBT_ERR_AXES);
     rbti_fill_table(table, h);
     rbti_point(table, h, image);
-    const double *law = table->alpha.coordinate;
-    for (int32_t k = 0; k < count; k++)
-        RBTI_NEED(rbti_finite(law[k]), RBT_ERR_DIMENSIONS);
-    RBTI_NEED(law[RBTI_RESOLUTION] > 0.0 && law[RBTI_RESOLUTION] <= RBTI_GRAZING &&
-                  rbti_within(law[RBTI_RESTITUTION], RBTI_EXPONENTIAL, RBTI_TABULATED) &&
-                  rbti_within(law[RBTI_RESISTANCE], RBTI_ORIENTATION, RBTI_COULOMB) &&
-                  rbti_within(law[RBTI_LENGTH], 0.0, (double)(count - RBTI_NUMBERS)),
-              RBT_ERR_DIMENSIONS);
-    const int length = (int)law[RBTI_LENGTH], left = count - RBTI_NUMBERS - length;
-    const int needed = (int)law[RBTI_RESISTANCE] == RBTI_TABULATED_RESISTANCE || left > 0;
-    RBTI_NEED(((int)law[RBTI_RESTITUTION] != RBTI_TABULATED ||
-               rbti_is_table(law + RBTI_NUMBERS, length, (double)length)) &&
-                  (!needed || rbti_is_table(law + RBTI_NUMBERS + length, left, 1.0)),
-              RBT_ERR_DIMENSIONS);
+    RBTI_CHECK(rbti_check_laws(table));
     return rbti_check_grains(&table->spin);
 }
 

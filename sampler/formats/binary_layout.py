@@ -24,7 +24,7 @@ from sampler.formats.channels import MOST_NAMES
 #: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
 #: Major and minor version of the format. A reader takes any minor version of its major version.
-BINARY_VERSION = (1, 3)
+BINARY_VERSION = (1, 4)
 #: Bytes to which every array is aligned: a cache line.
 ALIGNMENT = 64
 #: Files are smaller than this, so that 32-bit indices reach everything in them.
@@ -129,6 +129,9 @@ INERTIA_ARRAYS = (
         "g1, g3 of the largest and smallest moments of inertia; offset 0: none"),
 )  # fmt: skip
 
+#: Of tables of round grains (version 1.4), whose outcomes are less those of spheres.
+LAW_ARRAYS = (StoredArray("laws", "<f8", ("n_laws",), "laws of contact of spheres"),)
+
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
 #: Flag of a table in memory with other particles than it was made for: the law of first impacts is
@@ -194,8 +197,7 @@ _FIRST_HEADER = (
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in ARRAYS),
 )
 
-#: The header of versions 1.1 and 1.2.
-_SECOND_HEADER = (
+HEADER = (
     *_FIRST_HEADER,
     Field("valid_speed", "<f8", 2, "impact speeds between which the pair's law was measured, m/s"),
     *(Field(name, "<u4", 1, meaning) for name, meaning in SPIN_COUNTS.items()),
@@ -204,23 +206,18 @@ _SECOND_HEADER = (
     Field("spin_coordinate", "<f8", 2, "k V_e^n of the largest V_e, and n"),
     Field("aspect", "<f8", 8, "laws of b/a and c/b: mean, deviation, probabilities of the ends"),
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in SPIN_ARRAYS),
-)
-
-HEADER = (
-    *_SECOND_HEADER,
     Field("least_inertia", "<f8", 1, "smallest moment of inertia of any grain over m a^2; or 0"),
     Field("spin_size", "<f8", 2, "sizes of the spin a |Omega| / V that the spin law covers"),
     *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in INERTIA_ARRAYS),
+    Field("n_laws", "<u8", 1, "numbers of laws; 0: outcomes are whole; version 1.4"),
+    *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in LAW_ARRAYS),
 )
 
 #: The header as numpy reads it: packed, and every field naturally aligned.
 HEADER_DTYPE = np.dtype([(f.name, f.dtype, (f.count,) if f.count > 1 else ()) for f in HEADER])
 
-#: Sizes of the headers of version 1.0, and of 1.1 and 1.2.
-FIRST_HEADER_BYTES, SECOND_HEADER_BYTES = (
-    sum(np.dtype(f.dtype).itemsize * f.count for f in fields)
-    for fields in (_FIRST_HEADER, _SECOND_HEADER)
-)
+#: Size of the header of version 1.0, the least.
+FIRST_HEADER_BYTES = sum(np.dtype(f.dtype).itemsize * f.count for f in _FIRST_HEADER)
 
 
 def field_offset(name: str) -> int:
@@ -238,7 +235,7 @@ def layout_text() -> str:
         if not field.name.startswith("at_"):
             fields.append((str(field_offset(field.name)), field.name, kind, field.meaning))
     arrays = [("at", "array", "type and shape", "meaning")]
-    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS):
+    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *LAW_ARRAYS):
         kind = f"{array.dtype.strip('<')} [{', '.join(map(str, array.dims))}]"
         place = field_offset(f"at_{array.name}")
         arrays.append((str(place), array.name, kind, array.meaning))

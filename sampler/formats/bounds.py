@@ -128,6 +128,12 @@ SPIN_SIZE, ANY_SPIN = (0.0, 1e6), (0.0, 1e150)
 #: Least p_v at the second knot, in a binary table: a draw of v is not rounded to 0.
 LEAST_V = 1e-15
 
+#: Of outcomes less those of spheres: least 1 - c/a, over which they are, and most by which the
+#: logarithm of p_v can differ, so that v stays positive.
+LEAST_FLATNESS, MOST_POWER = 0.002, 20.0
+#: Least 1 - |(u, v, w)|^2 / f^2 of which p is made: a sphere that keeps all its energy has none.
+LEAST_REST = 1e-6
+
 #: Squared spin a Omega / V_e below which the root of a tree takes a particle not to spin.
 NO_SPIN = 1e-12
 

@@ -17,6 +17,7 @@ from sampler.formats.layout import (
     ATTRIBUTES,
     DATASETS,
     INERTIA_DATASETS,
+    LAW_DATASETS,
     OPTIONAL_ATTRIBUTES,
     SPHERE_DATASETS,
     SPIN_DATASETS,
@@ -48,7 +49,7 @@ def datasets_text() -> str:
 
 def spin_text() -> str:
     """Datasets of the spin law and of spheres as a Markdown table."""
-    return _list_of(SPIN_DATASETS + INERTIA_DATASETS + SPHERE_DATASETS)
+    return _list_of(SPIN_DATASETS + INERTIA_DATASETS + LAW_DATASETS + SPHERE_DATASETS)
 
 
 def quantiles_text() -> str:

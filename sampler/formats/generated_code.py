@@ -21,10 +21,10 @@ from sampler.formats.binary_layout import (
     FIRST_HEADER_BYTES,
     HEADER,
     INERTIA_ARRAYS,
+    LAW_ARRAYS,
     MAGIC,
     MOST_BYTES,
     OTHER_POPULATION,
-    SECOND_HEADER_BYTES,
     SPEED_INDEPENDENT,
     SPHERES,
     SPIN_ARRAYS,
@@ -108,6 +108,9 @@ def spin_constants() -> str:
                 "GROUP_SIZE": bounds.GROUP_SIZE,
                 "INERTIA": repr(bounds.INERTIA),
                 "LEAST_RATIO": repr(bounds.LEAST_RATIO),
+                "LEAST_FLATNESS": repr(bounds.LEAST_FLATNESS),
+                "LEAST_REST": repr(bounds.LEAST_REST),
+                "MOST_POWER": repr(bounds.MOST_POWER),
                 "SCORE_MAX": f"{bounds.SCORE_MAX!r}f",
                 "PER_SQUARE": f"{np.float32(1.0 / bounds.SCORE_MAX**2):.9g}f",
             }.items()
@@ -141,7 +144,6 @@ def checked_constants() -> str:
         f"#define RBTI_NEEDS {{{needs}}}",
         f"#define RBTI_NORMAL_HAT {1 << CHANNELS.index('normal_hat'):#x}u",
         f"#define RBTI_FIRST_HEADER_BYTES {FIRST_HEADER_BYTES}",
-        f"#define RBTI_SECOND_HEADER_BYTES {SECOND_HEADER_BYTES}",
         *_bounds(),
         "/* DO(dimension, least, most) */",
         *_macro("RBTI_DIMENSIONS", _dimensions(COUNTS)),
@@ -150,6 +152,7 @@ def checked_constants() -> str:
         *_macro("RBTI_ARRAYS", [_array_arguments(array) for array in ARRAYS]),
         *_macro("RBTI_SPIN_ARRAYS", [_array_arguments(array) for array in SPIN_ARRAYS]),
         *_macro("RBTI_INERTIA_ARRAYS", [_array_arguments(array) for array in INERTIA_ARRAYS]),
+        *_macro("RBTI_LAW_ARRAYS", [_array_arguments(array) for array in LAW_ARRAYS]),
     ]
     return "\n".join(lines) + "\n"
 

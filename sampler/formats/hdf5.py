@@ -37,11 +37,13 @@ from sampler.formats.channels import CHANNELS, STATE, VARIABLES, channels_for, h
 from sampler.formats.checks import Array, Check
 from sampler.formats.layout import (
     ATTRIBUTES,
+    FIFTH_VERSION,
     FIRST_VERSION,
     FORMAT,
     FORMAT_VERSION,
     FOURTH_VERSION,
     GROUP,
+    LAW_DATASETS,
     OPTIONAL_ATTRIBUTES,
     SECOND_VERSION,
     SPHERE_DATASETS,
@@ -278,6 +280,11 @@ class TableContents:
         return SPHERE_DATASETS[0].path in self.datasets
 
     @property
+    def less_spheres(self) -> bool:
+        """Whether the outcomes of the spin law are less those of spheres."""
+        return LAW_DATASETS[0].path in self.datasets
+
+    @property
     def marginals(self) -> tuple[str, ...]:
         """Channels with quantile functions: those that the variables are made of."""
         needed = (*channels_for(self.variables), "normal_hat")
@@ -288,8 +295,10 @@ class TableContents:
         """Least minor version of the format that has all that is held."""
         works = has_works(self.variables)
         lost = not works and "normal_hat" in self.channels
-        if self.of_spheres or lost or (works and self.has_spin):
+        if self.less_spheres:
             return FORMAT_VERSION
+        if self.of_spheres or lost or (works and self.has_spin):
+            return FIFTH_VERSION
         if self.omega == "mean" or self.least_inertia > 0.0:
             return FOURTH_VERSION
         if works:

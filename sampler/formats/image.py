@@ -20,6 +20,7 @@ from sampler.formats.binary_layout import (
     BINARY_VERSION,
     HEADER_DTYPE,
     INERTIA_ARRAYS,
+    LAW_ARRAYS,
     MAGIC,
     MOST_BYTES,
     OTHER_POPULATION,
@@ -112,11 +113,14 @@ def table_image(contents: TableContents, grains: GrainLaw | None = None) -> Imag
         header["n_shapes"] = law.shape_codes.size
     if contents.has_spin and not contents.of_spheres:
         stored |= _spin_arrays(contents, law)
+        if contents.less_spheres:
+            stored["laws"] = contents["spin/laws"]
+            header["n_laws"] = stored["laws"].size
         _fill_spin_fields(header, contents, law)
     if grains is not None:
         header["flags"] |= OTHER_POPULATION
     end = HEADER_DTYPE.itemsize
-    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS):
+    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *LAW_ARRAYS):
         if array.name in stored:
             header[f"at_{array.name}"] = start = -(-end // ALIGNMENT) * ALIGNMENT
             end = start + stored[array.name].nbytes
@@ -162,6 +166,8 @@ def _header(contents: TableContents) -> Any:
     header["major"], header["minor"] = BINARY_VERSION
     header["least_inertia"] = contents.least_inertia
     header["header_bytes"] = HEADER_DTYPE.itemsize
+    if not contents.less_spheres:  # a table of version 1.3, to the byte
+        header["minor"], header["header_bytes"] = 3, field_offset("n_laws")
     header["content_sha256"] = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
     header["n_columns"] = len(contents.variables)
     header["columns"] = _padded([VARIABLES.index(name) for name in contents.variables])

@@ -41,15 +41,16 @@ from sampler.formats.checks import Check
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.
-FORMAT_VERSION = (1, 4)
+FORMAT_VERSION = (1, 5)
 #: What is written where nothing of a later minor version is held: older readers know all of it.
 #: The second has the spin law and the range of speeds, the third the work of the impulses, the
-#: fourth what Omega is and the moments of inertia, the latest tables of spheres, the works in the
-#: spin law, and tables that lost theirs.
+#: fourth what Omega is and the moments of inertia, the fifth tables of spheres, the works in the
+#: spin law, and tables that lost theirs, the latest outcomes less those of spheres.
 FIRST_VERSION = (1, 0)
 SECOND_VERSION = (1, 1)
 THIRD_VERSION = (1, 2)
 FOURTH_VERSION = (1, 3)
+FIFTH_VERSION = (1, 4)
 
 
 @dataclass(frozen=True)
@@ -260,6 +261,13 @@ SPHERE_DATASETS = (
         "A table: numbers of angles and speeds, these (rad, m/s), values by angle"),
 )  # fmt: skip
 
+#: Of a spin law whose outcomes are less those of spheres (version 1.5).
+LAW_DATASETS = (
+    Dataset("spin/laws", "<f8", ("n_laws",), "1",
+        "laws of contact, as sphere/laws has them; the outcomes p_u, p_v, p_w and omega are then "
+        "less those of a sphere"),
+)  # fmt: skip
+
 #: What it shares with others.
 _SHARED = (
     "axes/alpha_deg axes/speed spin/shape_codes spin/shape_weights spin/ratio_range spin/aspect"
@@ -275,7 +283,8 @@ def layout_of(paths: Iterable[str]) -> tuple[Dataset, ...]:
         return (*shared, *SPHERE_DATASETS)
     held = any(path.startswith((GROUP, ACCURACY)) for path in given)
     later = not given.isdisjoint(dataset.path for dataset in INERTIA_DATASETS)
-    return DATASETS + SPIN_DATASETS * held + INERTIA_DATASETS * later
+    laws = LAW_DATASETS[0].path in given
+    return DATASETS + SPIN_DATASETS * held + INERTIA_DATASETS * later + LAW_DATASETS * laws
 
 
 #: Root attributes that some files have, and what they hold.

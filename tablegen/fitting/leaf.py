@@ -19,6 +19,7 @@ from sampler.formats.bounds import (
 from tablegen.fitting.experts import Experts, fit_experts
 from tablegen.fitting.marginals import normal_scores
 from tablegen.fitting.resolution import SpinSizes
+from tablegen.fitting.round_grains import differences
 from tablegen.fitting.rounding import rounded, rounded_together
 from tablegen.fitting.spin_coordinates import (
     SpeedCoordinate,
@@ -49,7 +50,8 @@ class Rebounds(NamedTuple):
     """Rebounds of n particles.
 
     Conditions (n, 5), ratios (n, 2), states (n, 6), E (n,), the most energy before, and the
-    outcomes of the works (n, 2), or (n, 0) for a law without them.
+    outcomes of the works (n, 2), or (n, 0) for a law without them. ``spheres`` are the states
+    (n, 6) of spheres whose outcomes are taken off, if any.
     """
 
     conditions: FloatArray
@@ -57,6 +59,7 @@ class Rebounds(NamedTuple):
     states: FloatArray
     energy: FloatArray
     shares: FloatArray
+    spheres: FloatArray | None = None
 
 
 class LeafArrays(NamedTuple):
@@ -74,8 +77,11 @@ class LeafArrays(NamedTuple):
 def _numbers(rebounds: Rebounds, speed: SpeedCoordinate) -> tuple[FloatArray, FloatArray]:
     """Compute inputs (n, 7) and outcomes (n, 6 or 8) of rebounds."""
     q, signs = folded(coordinates(rebounds.conditions, speed))
-    found = outcomes(rebounds.states, rebounds.energy) * signs
-    return np.hstack([q, rebounds.ratios]), np.hstack([found, rebounds.shares])
+    found = outcomes(rebounds.states, rebounds.energy)
+    if rebounds.spheres is not None:
+        of_spheres = outcomes(rebounds.spheres, rebounds.energy)
+        found = differences(found, of_spheres, rebounds.ratios)
+    return np.hstack([q, rebounds.ratios]), np.hstack([found * signs, rebounds.shares])
 
 
 def fit_leaf(
@@ -103,7 +109,10 @@ def fit_leaf(
     stored = _stored(experts, used)
     inputs, wanted = _numbers(inside, speed)
     drawn = bounded_scores(stored, features((inputs - centre) * scale), rng)
-    return LeafArrays(centre, scale, *stored, _quantiles(drawn, wanted, sizes.knots))
+    quantiles = _quantiles(drawn, wanted, sizes.knots)
+    if inside.spheres is None:
+        quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
+    return LeafArrays(centre, scale, *stored, quantiles)
 
 
 def _steps(used: NDArray[np.bool_], steps: tuple[int, int, int]) -> NDArray[np.int64]:
@@ -151,5 +160,4 @@ def _quantiles(scores: NDArray[np.float32], wanted: FloatArray, knots: int) -> N
     for k in range(outcomes):
         share = np.searchsorted(np.sort(scores[:, k]), at) / len(scores)
         found[k] = np.quantile(wanted[:, k], share)
-    found[1] = np.maximum(found[1], np.float32(_LEAST_V))
     return found

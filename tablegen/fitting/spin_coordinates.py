@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.bounds import N_CONDITIONS
+from sampler.formats.bounds import LEAST_REST, N_CONDITIONS
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.impact_chains import energy_factor
 
@@ -24,10 +24,6 @@ CONDITION_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0])
 
 #: Pairs of numbers of a condition whose products are features.
 _PAIRS = np.triu_indices(N_CONDITIONS)
-
-#: Least 1 - (speed after the impact over V_e)^2. Rounding may make it negative for a sphere that
-#: keeps all of its energy.
-_LEAST_REST = 1e-6
 
 
 class SpeedCoordinate(NamedTuple):
@@ -69,7 +65,7 @@ def outcomes(states: FloatArray, energy: FloatArray) -> FloatArray:
     is bounded. Angular velocities are times a / (V sqrt(E)).
     """
     scaled = states / np.sqrt(energy)[:, None]
-    rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), _LEAST_REST)
+    rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), LEAST_REST)
     return np.column_stack([scaled[:, :3] / np.sqrt(rest)[:, None], scaled[:, 3:]])
 
 

@@ -28,6 +28,7 @@ from tablegen.fitting.law_conditions import (
 )
 from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes, spin_sizes
+from tablegen.fitting.round_grains import less_spheres, sphere_laws, sphere_states
 from tablegen.fitting.spin_coordinates import (
     SPIN_RANGE,
     SpeedCoordinate,
@@ -121,6 +122,7 @@ def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
         **_covered(config, codes),
         **_forest(shapes),
         **stacked,
+        **({"spin/laws": sphere_laws(config)} if less_spheres(config) else {}),
         **spin_accuracy_datasets(None),
     }
 
@@ -242,7 +244,8 @@ def leaf_task(
         energy = 1.0 + largest * (1.0 + beta) * np.sum(met[:, 2:] ** 2, axis=1)
         shares = work_shares(left.states, left.works, energy, smallest * beta * (1.0 + gamma))
         held = shares if has_works(config.domain.columns) else shares[:, :0]
-        return Rebounds(met, ratios, left.states, energy, held)
+        spheres = sphere_states(config, met, ratios) if less_spheres(config) else None
+        return Rebounds(met, ratios, left.states, energy, held, spheres)
 
     around = rebounds(np.arange(len(place.conditions)), 0)
     within = rebounds(np.flatnonzero(place.inside), 1)

@@ -10,6 +10,7 @@ from sampler.formats.hdf5 import TableContents
 from sampler.formats.shape_codes import SHAPE_CODES
 from sampler.table import Table
 from tablegen.config.config import Config, stored_config
+from tablegen.fitting.round_grains import sphere_laws
 from tablegen.model.impacts import GRAZING
 from tablegen.simulation.direct import DirectModel
 from tablegen.tables.assembly import accuracy_datasets, contents_of
@@ -33,9 +34,7 @@ def sphere_contents(config: Config) -> TableContents:
     if resolution > GRAZING:
         allowed = f"at most {GRAZING:g} for a table of spheres"
         refuse("model.contact_resolution", f"{resolution:g}", allowed)
-    law, columns = config.pair.kernel_arguments(), config.domain.columns
-    restitution = law.restitution_law, law.coefficient, law.exponent
-    numbers = resolution, *restitution, law.resistance_law, law.strength, law.factor
+    columns = config.domain.columns
     ends: dict[str, Any] = {"alpha_deg": config.domain.alpha_deg, "speed": config.domain.speed}
     datasets = {
         **{f"axes/{name}": np.unique(np.array(pair)) for name, pair in ends.items()},
@@ -43,7 +42,7 @@ def sphere_contents(config: Config) -> TableContents:
         "spin/shape_weights": np.ones(1),
         "spin/ratio_range": np.ones((1, 2, 2)),
         "spin/aspect": np.array([(1.0, 0.0, 0.0, 1.0)] * 2),
-        "sphere/laws": np.array([*numbers, law.numbers.size, *law.numbers, *law.resistances]),
+        "sphere/laws": sphere_laws(config),
         **accuracy_datasets([], len(columns)),
     }
     return contents_of(config, datasets, channels_for(columns))

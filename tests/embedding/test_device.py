@@ -12,6 +12,7 @@ import cupy_on_host
 import numpy as np
 import pytest
 import toolchain
+from spin_tables import less_spheres
 
 import sampler
 from sampler.device.program import options, source
@@ -86,6 +87,8 @@ def test_draws_with_spin_have_the_bits_of_the_table(cupy, grain):
     same(cupy, found, table.sample(**given, grain=grain))
     spheres = load("spin", population={"shapes": {"sphere": 1.0}})
     same(cupy, spheres.to_device().sample(**there(cupy, CONDITIONS)), spheres.sample(**CONDITIONS))
+    less = sampler.Table(less_spheres(table.contents))
+    same(cupy, less.to_device().sample(**there(cupy, given)), less.sample(**given), 1e-5)
 
 
 @pytest.mark.parametrize(

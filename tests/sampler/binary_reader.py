@@ -9,6 +9,7 @@ from sampler.formats.binary_layout import (
     ARRAYS,
     HEADER_DTYPE,
     INERTIA_ARRAYS,
+    LAW_ARRAYS,
     SPIN_ARRAYS,
     SPIN_WORKS,
 )
@@ -24,6 +25,7 @@ def read_binary(path):
         known |= {"n_outcomes": 8, "expert_stride": 224}
     arrays = {}
     spin = (SPIN_ARRAYS + INERTIA_ARRAYS) * bool(header["n_shapes"])
+    spin += LAW_ARRAYS * bool(header["n_laws"])
     for array in ARRAYS + spin:
         dims = (
             known[d] if d in known else header[d] if isinstance(d, str) else d for d in array.dims

@@ -158,6 +158,31 @@ def _chosen(logits, word):
     return int(np.sum(share >= sums[:-1]))
 
 
+def _of_a_sphere(laws, alpha1, spin):
+    """State of a sphere, with constant laws of restitution and of resistance."""
+    least, kind, e, _, resistance, _, factor, length = laws
+    assert (kind, resistance, length) == (2, 1, 0)
+    u, v = math.cos(alpha1), math.sin(alpha1)
+    slip = np.array([u + spin[2], spin[0]])
+    away = max(e * v, least * min(v / 0.0087, 1.0))
+    c = factor / math.hypot(v, *slip) * (away + v)
+    pull = c / (1.0 + 0.5 * 3.5 * c)
+    turned = np.array([-pull * slip[1], 0.0, -pull * slip[0]]) / 0.4
+    return np.array([u - pull * slip[0], away, pull * slip[1], *(np.array(spin) + turned)])
+
+
+def _with_sphere(x, contents, alpha1, spin, grain, energy):
+    """Outcomes x plus those of the sphere with the grain's mean moment of inertia."""
+    b, c = grain[1], grain[1] * grain[2]
+    radius, flat = math.sqrt((1.0 + b**2 + c**2) / 3.0), max(1.0 - c, 0.002)
+    state = _of_a_sphere(contents["spin/laws"], alpha1, radius * np.array(spin))
+    velocity, omega = state[:3] / math.sqrt(energy), state[3:] / (radius * math.sqrt(energy))
+    p = velocity / math.sqrt(max(1.0 - velocity @ velocity, 1e-6))
+    raised = p[1] * math.exp(min(max(flat * x[1], -20.0), 20.0))
+    whole = np.concatenate([p, omega]) + flat * x[:6]
+    return np.array([whole[0], raised, *whole[2:], *x[6:]])
+
+
 def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
     """State of a particle that arrives spinning, and works: steps 1 to 7 of "The spin law".
 
@@ -200,9 +225,12 @@ def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
     knots = np.linspace(-6.0, 6.0, quantiles.shape[1])
     bounded = z / np.sqrt(1.0 + z * z / 36.0)
     x = np.array([np.interp(bounded[j], knots, quantiles[j]) for j in range(n)])
-    # 7. state
     largest, smallest = reference_moments(contents, grain)
     root = math.sqrt(1.0 + largest * sum(x * x for x in spin))
+    if "spin/laws" in contents.datasets:
+        given = [turn * spin[0], turn * spin[1], spin[2]]
+        x = _with_sphere(x, contents, q[0] ** 2, given, grain, root**2)
+    # 7. state
     whole = 1.0 + x[:3] @ x[:3]
     turns = max(smallest * (x[3:6] @ x[3:6]) * whole, 1.0)
     velocity, omega = root / math.sqrt(whole) * x[:3], root / math.sqrt(turns) * x[3:6]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from reference_draw import key_words, reference_draw, reference_grain, reference_spin_draw
 from small_tables import works
-from spin_tables import energies, older, with_spin_law
+from spin_tables import energies, less_spheres, older, with_spin_law
 from synthetic_table import make_contents
 
 import sampler
@@ -18,6 +18,7 @@ from sampler import InputError
 pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
 
 CONTENTS, WITH_WORKS = with_spin_law(make_contents()), with_spin_law(works())
+LESS_SPHERES, ROUND_WORKS = less_spheres(CONTENTS), less_spheres(WITH_WORKS)
 N = 300
 INDEX, HITS = np.arange(N) % 40, np.arange(N) // 40
 KEYS = {"seed": 5, "index": INDEX, "hit": HITS}
@@ -74,7 +75,9 @@ class TestSample:
             table.sample(alpha1, speed, spin=(0.0, 0.0, 0.0), **KEYS),
         )
 
-    def test_mirror_image(self, table):
+    @pytest.mark.parametrize("contents", [CONTENTS, LESS_SPHERES])
+    def test_mirror_image(self, contents):
+        table = sampler.Table(contents)
         alpha1, speed, spin = conditions()
         states = table.sample(alpha1, speed, spin=spin, **KEYS)
         mirrored = table.sample(alpha1, speed, spin=spin * [-1.0, -1.0, 1.0], **KEYS)
@@ -109,7 +112,7 @@ class TestSpecification:
             found = table.grains(2**63 + 9, index)
             np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
 
-    @pytest.mark.parametrize("contents", [CONTENTS, WITH_WORKS])
+    @pytest.mark.parametrize("contents", [CONTENTS, WITH_WORKS, LESS_SPHERES, ROUND_WORKS])
     def test_states(self, contents):
         """Single precision: to 3e-4, but where a share is next to a border; one in a hundred."""
         alpha1, speed, spin = conditions(seed=4)
@@ -177,9 +180,9 @@ class TestRebound:
         assert 0.2 < same.mean() < 1.0
 
 
-def wild(seed):
+def wild(seed, contents=CONTENTS):
     """Table with quantiles that no particle has, at the bounds of what is accepted."""
-    rng, datasets = np.random.default_rng(seed), dict(CONTENTS.datasets)
+    rng, datasets = np.random.default_rng(seed), dict(contents.datasets)
     shape = datasets["spin/quantiles"].shape
     knots = np.sort(rng.standard_normal(shape) * 10.0 ** rng.uniform(-3, 5, (*shape[:2], 1)))
     knots[:, 1] = np.sort(10.0 ** rng.uniform(-9, 3, (shape[0], shape[2])))
@@ -187,15 +190,16 @@ def wild(seed):
     nodes = datasets["marginals/quantiles"].astype(np.float64)
     nodes[..., [2, 4, 5], :] *= 10.0 ** rng.uniform(0, 6)
     changed = {"spin/quantiles": knots.astype(np.float32), "marginals/quantiles": nodes}
-    return sampler.Table(replace(CONTENTS, datasets=datasets | changed, least_inertia=0.05))
+    return sampler.Table(replace(contents, datasets=datasets | changed, least_inertia=0.05))
 
 
 class TestEnergy:
     """No draw has more energy than its own grain can have before, whatever the quantiles are."""
 
+    @pytest.mark.parametrize("contents", [CONTENTS, LESS_SPHERES])
     @pytest.mark.parametrize("seed", range(3))
-    def test_of_the_spin_law(self, seed):
-        table = wild(seed)
+    def test_of_the_spin_law(self, seed, contents):
+        table = wild(seed, contents)
         alpha1, speed, spin = conditions(seed)
         spin *= 10.0 ** np.random.default_rng(seed).uniform(-3, 3, (N, 1))
         for given in (spin, np.zeros((N, 3))):

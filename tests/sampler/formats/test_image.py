@@ -13,7 +13,6 @@ from sampler.formats.binary_layout import (
     ALIGNMENT,
     ARRAYS,
     HEADER_DTYPE,
-    SECOND_HEADER_BYTES,
     field_offset,
 )
 from sampler.formats.bounds import LANES
@@ -104,8 +103,9 @@ def test_headers_of_older_versions_are_read(contents):
     now = table_image(older(with_spin_law(contents)))
     old = aligned(now.size)
     old[:] = now
-    header_of(old)["minor"], header_of(old)["header_bytes"] = 2, SECOND_HEADER_BYTES
-    old[SECOND_HEADER_BYTES : HEADER_DTYPE.itemsize] = 0xFF
+    own = field_offset("least_inertia")
+    header_of(old)["minor"], header_of(old)["header_bytes"] = 2, own
+    old[own : HEADER_DTYPE.itemsize] = 0xFF
     at = field_offset("sha256")
     old[at : at + 32] = np.frombuffer(checksum(old), np.uint8)
     states = []
