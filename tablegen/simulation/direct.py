@@ -347,7 +347,7 @@ class DirectModel:
         `fill` writes conditions from a row on and returns the first bad row, or -1, and its code;
         `impacts` are velocity, normal, half-size and wall velocity, whose frames orientations are
         given in; `finish` turns states from a row on into another frame; `works` (n, 2) is written.
-        Returns states (n, 6) and orientations (n, 4).
+        Returns states (n, 6) and orientations (n, 4), which only `finish` brings.
         """
         call = particles.call
         states, turned = np.empty((call.rows.n, 6)), np.empty((call.rows.n, 4))
@@ -365,7 +365,7 @@ class DirectModel:
                 row, code = rough_rebounds(self.arrays, particles.seed, found, *both)
                 row += part.start if row >= 0 else 0
             else:
-                outputs = states, turned, energy
+                outputs = states, None if finish is None else turned, energy
                 failure = self._smooth(particles, part, impacts, conditions, *outputs)
                 row, code = failure
             if row >= 0:
@@ -392,10 +392,13 @@ class DirectModel:
         impacts: tuple[NDArray[Any], ...],
         conditions: FloatArray,
         states: FloatArray,
-        turned: FloatArray,
+        turned: FloatArray | None,
         energy: FloatArray,
     ) -> Failure:
-        """Simulate some rows on smooth walls; return the first that fails, or -1."""
+        """Simulate some rows on smooth walls; return the first that fails, or -1.
+
+        Orientations that nobody asks for need not be computed, nor their kernel compiled.
+        """
         n, lab_keys = part.stop - part.start, particles.lab_keys
         axes = np.empty((n, 6))
         if "orientation" in particles.call.rows.arrays:
@@ -409,5 +412,6 @@ class DirectModel:
         stuck = simulate_batch(*how, axes, states[part], *unused, energy[part])
         if stuck >= 0:
             return Failure(part.start + stuck, 0)
-        orientations_from(axes, impacts, lab_keys, turned[part], part.start)
+        if turned is not None:
+            orientations_from(axes, impacts, lab_keys, turned[part], part.start)
         return Failure(-1, 0)
