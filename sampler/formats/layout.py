@@ -264,8 +264,7 @@ SPHERE_DATASETS = (
 #: Of a spin law whose outcomes are less those of spheres (version 1.5).
 LAW_DATASETS = (
     Dataset("spin/laws", "<f8", ("n_laws",), "1",
-        "laws of contact, as sphere/laws has them; the outcomes p_u, p_v, p_w and omega are then "
-        "less those of a sphere"),
+        "laws of contact, as sphere/laws; outcomes are less those of spheres"),
 )  # fmt: skip
 
 #: What it shares with others.
