@@ -1127,8 +1127,8 @@ RBTI_INLINE RBT_DEVICE double rbti_pull(const rbt_table *table, double normal, d
 
 /* Rebound of a sphere: all variables of its state; spin may be NULL. The rotational energy is over all
    energy before, works are over m V^2 / 2. None is gained, whatever the numbers of the laws are. */
-RBTI_APART RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, double speed,
-                                       const double *spin, double values[RBT_VALUES])
+RBTI_INLINE RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, double speed,
+                                        const double *spin, double values[RBT_VALUES])
 {
     const double angle = rbti_bounded(alpha1, RBTI_LEAST_ANGLE, RBTI_HALF_PI);
     const double j = RBTI_SPHERE_INERTIA, *law = table->laws;
@@ -1149,8 +1149,8 @@ RBTI_APART RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, do
 }
 
 /* The first variables of a sphere's state, those that the table has. */
-RBTI_INLINE RBT_DEVICE void rbti_sphere_state(const rbt_table *table, double alpha1, double speed,
-                                              const double *spin, int variables, double *state)
+RBTI_APART RBT_DEVICE void rbti_sphere_state(const rbt_table *table, double alpha1, double speed,
+                                             const double *spin, int variables, double *state)
 {
     double values[RBT_VALUES];
     rbti_sphere(table, alpha1, speed, spin, values);
@@ -1741,7 +1741,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
 
 /* Outcomes of a table with laws of contact are less those of a sphere, over 1 - c/a: add these. The
    sphere has the mean moment of inertia of the grain. */
-RBTI_INLINE RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table, rbti_spin_draws *d)
+RBTI_APART RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table, rbti_spin_draws *d)
 {
     const rbt_spin_law *law = &table->spin;
     RBTI_EACH_DRAW(r) {
