@@ -103,7 +103,7 @@ def compare_chain(
         states = draw(drawn)
         by_table = Departures(drawn, states, np.zeros((samples, 4)), np.zeros((samples, 2)))
         place = f"hit {hit}, {walls} wall, {alpha_deg:g} degrees first"
-        found.append(_after_hit(place, by_table, simulated))
+        found.append(after_hit(place, by_table, simulated))
         numbers = uniform_numbers(seed, index, hit)
         drawn, direct = (
             _grazing(next_impacts(of, departures, kinds, numbers))
@@ -116,7 +116,7 @@ def _grazing(impacts: Impacts) -> Impacts:
     return impacts._replace(alpha1=np.maximum(impacts.alpha1, _GRAZING))
 
 
-def _after_hit(place: str, drawn: Departures, direct: Departures) -> LaterHit:
+def after_hit(place: str, drawn: Departures, direct: Departures) -> LaterHit:
     """Compare speed, angle, size of the spin and its components after a hit."""
     sides = [side.states * side.impacts.speed[:, None] for side in (drawn, direct)]
     seen = [_observed(states) for states in sides]
