@@ -1746,24 +1746,28 @@ RBTI_APART RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table, rb
     const rbt_spin_law *law = &table->spin;
     RBTI_EACH_DRAW(r) {
         const double *root = d->inputs + r, *ratios = d->inputs + RBTI_RATIO * m + r;
-        const double b = ratios[0], c = b * ratios[m], turn = d->turn[r], factor = d->factor[r];
-        const double radius = sqrt((1.0 + b * b + c * c) / 3.0);
+        const double b = ratios[0], c = b * ratios[m], radius = sqrt((1.0 + b * b + c * c) / 3.0);
         const double flat = rbti_bounded(1.0 - c, RBTI_LEAST_FLATNESS, 1.0);
         const double x = d->spin[r], y = d->spin[m + r], z = d->spin[2 * m + r];
-        const double spin[3] = {turn * radius * x, turn * radius * y, radius * z};
-        const double more = rbti_spin_factor(x, y, z);
-        const double fast = rbti_bounded(d->speed[r] * more, law->speed_first, law->speed_last);
+        const double square = x * x + y * y + z * z, most = law->most_spin;
+        /* a spin beyond the law is the largest, of less energy */
+        const double held = square > most ? sqrt(most / square) : 1.0, size = radius * held;
+        const double energy = 1.0 + held * held * (d->factor[r] * d->factor[r] - 1.0);
+        const double spin[3] = {d->turn[r] * size * x, d->turn[r] * size * y, size * z};
+        const double fast = d->speed[r] * rbti_spin_factor(x, y, z);
+        const double speed = rbti_bounded(fast, law->speed_first, law->speed_last) /
+                             rbti_spin_factor(held * x, held * y, held * z);
         double of[RBT_VALUES];
-        rbti_sphere(table, root[0] * root[0], fast / more, spin, of);
-        const double left = factor * factor - (of[0] * of[0] + of[1] * of[1] + of[2] * of[2]);
-        const double scale = 1.0 / sqrt(rbti_bounded(left, RBTI_LEAST_REST * factor * factor, left));
+        rbti_sphere(table, root[0] * root[0], speed, spin, of);
+        const double left = energy - (of[0] * of[0] + of[1] * of[1] + of[2] * of[2]);
+        const double scale = 1.0 / sqrt(rbti_bounded(left, RBTI_LEAST_REST * energy, left));
         float *found = d->outcomes + r;
         const double raised = rbti_bounded(flat * (double)found[m], -RBTI_MOST_POWER, RBTI_MOST_POWER);
         found[0] = (float)(scale * of[0] + flat * (double)found[0]);
         found[m] = (float)(scale * of[1] * exp(raised));
         found[2 * m] = (float)(scale * of[2] + flat * (double)found[2 * m]);
         for (size_t k = 3; k < 6; k++)
-            found[k * m] = (float)(of[k] / (radius * factor) + flat * (double)found[k * m]);
+            found[k * m] = (float)(of[k] / (radius * sqrt(energy)) + flat * (double)found[k * m]);
     }
 }
 

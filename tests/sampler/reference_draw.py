@@ -228,8 +228,10 @@ def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
     largest, smallest = reference_moments(contents, grain)
     root = math.sqrt(1.0 + largest * sum(x * x for x in spin))
     if "spin/laws" in contents.datasets:
-        given = [turn * spin[0], turn * spin[1], spin[2]]
-        x = _with_sphere(x, contents, q[0] ** 2, given, grain, root**2)
+        held = min(math.sqrt(most / max(square, most)), 1.0)
+        given = held * np.array([turn * spin[0], turn * spin[1], spin[2]])
+        energy = 1.0 + largest * (given @ given)
+        x = _with_sphere(x, contents, q[0] ** 2, given, grain, energy)
     # 7. state
     whole = 1.0 + x[:3] @ x[:3]
     turns = max(smallest * (x[3:6] @ x[3:6]) * whole, 1.0)
