@@ -1761,13 +1761,14 @@ RBTI_APART RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table, rb
         rbti_sphere(table, root[0] * root[0], speed, spin, of);
         const double left = energy - (of[0] * of[0] + of[1] * of[1] + of[2] * of[2]);
         const double scale = 1.0 / sqrt(rbti_bounded(left, RBTI_LEAST_REST * energy, left));
+        const double per_spin = radius * sqrt(energy);
         float *found = d->outcomes + r;
         const double raised = rbti_bounded(flat * (double)found[m], -RBTI_MOST_POWER, RBTI_MOST_POWER);
         found[0] = (float)(scale * of[0] + flat * (double)found[0]);
         found[m] = (float)(scale * of[1] * exp(raised));
         found[2 * m] = (float)(scale * of[2] + flat * (double)found[2 * m]);
         for (size_t k = 3; k < 6; k++)
-            found[k * m] = (float)(of[k] / (radius * sqrt(energy)) + flat * (double)found[k * m]);
+            found[k * m] = (float)(of[k] / per_spin + flat * (double)found[k * m]);
     }
 }
 
@@ -2114,8 +2115,8 @@ RBTI_INLINE size_t rbti_sample_spins(const rbt_table *table, const rbt_condition
     const size_t count = rbti_spin_conditions(table, given, first, most, &draws, code, report);
     for (size_t r = 0; r < count && table->spheres; r++)
         rbti_sphere_state(table, draws.alpha1[r], draws.speed[r],
-                    given->spin ? given->spin + 3 * (first + r) : NULL, variables,
-                    states + (size_t)variables * r);
+                          given->spin ? given->spin + 3 * (first + r) : NULL, variables,
+                          states + (size_t)variables * r);
     if (count > 0 && !table->spheres)
         rbti_spin_block(RBTI_BLOCK, table, seed, &grains, given->index + first,
                         given->hit + first, count, variables, &draws, states);
@@ -2132,7 +2133,7 @@ RBTI_INLINE size_t rbti_sample_nodes(const rbt_table *table, const rbt_condition
                                          code, report);
     for (size_t r = 0; r < count && table->spheres; r++)
         rbti_sphere_state(table, draws.alpha1[r], draws.speed[r], NULL, variables,
-                    states + (size_t)variables * r);
+                          states + (size_t)variables * r);
     if (count > 0 && !table->spheres)
         rbti_draw_block(RBTI_BLOCK, table, seed, given->index + first, given->hit + first, count,
                         variables, &draws, states);

@@ -132,6 +132,9 @@ INERTIA_ARRAYS = (
 #: Of tables of round grains (version 1.4), whose outcomes are less those of spheres.
 LAW_ARRAYS = (StoredArray("laws", "<f8", ("n_laws",), "laws of contact of spheres"),)
 
+#: All arrays, in the order of a file.
+ALL_ARRAYS = (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *LAW_ARRAYS)
+
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
 #: Flag of a table in memory with other particles than it was made for: the law of first impacts is
@@ -235,7 +238,7 @@ def layout_text() -> str:
         if not field.name.startswith("at_"):
             fields.append((str(field_offset(field.name)), field.name, kind, field.meaning))
     arrays = [("at", "array", "type and shape", "meaning")]
-    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *LAW_ARRAYS):
+    for array in ALL_ARRAYS:
         kind = f"{array.dtype.strip('<')} [{', '.join(map(str, array.dims))}]"
         place = field_offset(f"at_{array.name}")
         arrays.append((str(place), array.name, kind, array.meaning))

@@ -16,17 +16,14 @@ from sampler.errors import InputError
 from sampler.files import write_bytes
 from sampler.formats.binary_layout import (
     ALIGNMENT,
-    ARRAYS,
+    ALL_ARRAYS,
     BINARY_VERSION,
     HEADER_DTYPE,
-    INERTIA_ARRAYS,
-    LAW_ARRAYS,
     MAGIC,
     MOST_BYTES,
     OTHER_POPULATION,
     SPEED_INDEPENDENT,
     SPHERES,
-    SPIN_ARRAYS,
     SPIN_WORKS,
     field_offset,
 )
@@ -120,7 +117,7 @@ def table_image(contents: TableContents, grains: GrainLaw | None = None) -> Imag
     if grains is not None:
         header["flags"] |= OTHER_POPULATION
     end = HEADER_DTYPE.itemsize
-    for array in (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *LAW_ARRAYS):
+    for array in ALL_ARRAYS:
         if array.name in stored:
             header[f"at_{array.name}"] = start = -(-end // ALIGNMENT) * ALIGNMENT
             end = start + stored[array.name].nbytes

@@ -11,12 +11,9 @@ from spin_tables import less_spheres, with_spin_law
 
 from sampler.errors import CODES
 from sampler.formats.binary_layout import (
-    ARRAYS,
+    ALL_ARRAYS,
     FIRST_HEADER_BYTES,
     HEADER_DTYPE,
-    INERTIA_ARRAYS,
-    LAW_ARRAYS,
-    SPIN_ARRAYS,
     field_offset,
 )
 from sampler.formats.image import checksum, header_of, table_image
@@ -26,8 +23,7 @@ GOOD = (VECTORS / "full.rbt").read_bytes()
 SPINNING = table_image(with_spin_law(full(), codes=(1, 6))).tobytes()
 #: And with outcomes less those of spheres.
 LESS_SPHERES = table_image(less_spheres(with_spin_law(full(), codes=(0,)))).tobytes()
-EVERY = *ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *LAW_ARRAYS
-DTYPES = {array.name: np.dtype(array.dtype) for array in EVERY}
+DTYPES = {array.name: np.dtype(array.dtype) for array in ALL_ARRAYS}
 
 
 def field(name, value):
