@@ -1,8 +1,9 @@
-"""Compile the draw to the shared library that the Python package loads.
+"""Put the C header together from its sections, and compile it to the library that Python loads.
 
     python sampler/c/build.py
 
-The compiler is that of the variable CC, else gcc, clang or cc, else the one of the ``ziglang``
+`rebound_sampler.h` is the sections of `src/` one behind another: what users of C take is one file,
+what people read is many. The compiler is that of the variable CC, else gcc, clang or cc, else the one of the ``ziglang``
 wheel; flags of the variable CFLAGS come last. No Python headers are needed. The hot loops are
 compiled for several levels of x86-64 where the compiler can do that, and the loader takes the one
 for the processor; bits do not depend on it. The zig compiler brings sines, logarithms and the like
@@ -18,7 +19,15 @@ from importlib.util import find_spec
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+HEADER = HERE / "rebound_sampler.h"
 LIBRARY = HERE.parent / "librebound.so"
+
+#: Sections of the header, in their order.
+SECTIONS = (
+    *("public", "prelude", "nodes", "sphere", "grains", "spin", "experts", "outcomes", "sample"),
+    *("frame", "rough", "rebound", "checksum", "layout", "check", "read", "open", "queries", "gas"),
+    "end",
+)
 
 #: No product is fused with a sum, which keeps the bits; nobody reads errno or floating-point traps.
 FLAGS = (
@@ -39,13 +48,20 @@ def compiler() -> list[str]:
     return zig if find_spec("ziglang") else []
 
 
-def build(library: Path = LIBRARY, source: Path = HERE / "rebound_sampler.h") -> None:
-    """Compile the library; raises `SystemExit` with one line if that cannot be done."""
+def header() -> str:
+    """Put the header together."""
+    sections = (HERE / "src" / f"{name}.h" for name in SECTIONS)
+    return "\n".join(section.read_text(encoding="utf-8") for section in sections)
+
+
+def build(library: Path = LIBRARY) -> None:
+    """Write header and library; raises `SystemExit` with one line if that cannot be done."""
+    HEADER.write_text(header(), encoding="utf-8")
     words = compiler()
     if not words:
         raise SystemExit("no C compiler found: install gcc or clang, or pip install ziglang")
     flags = shlex.split(os.environ.get("CFLAGS", ""))
-    command = [*words, *FLAGS, *flags, "-x", "c", str(source), "-o", str(library), "-lm"]
+    command = [*words, *FLAGS, *flags, "-x", "c", str(HEADER), "-o", str(library), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(f"{shlex.join(command)}\n{done.stderr}the draw was not compiled")

@@ -1,7 +1,8 @@
 """Parts of the C header, of the Fortran module and of a page, made from one description.
 
-Run ``python -m sampler.formats.generated_code`` after a change to `sampler.formats.channels` or
-`sampler.formats.binary_layout`; everything outside the marked parts is written by hand.
+Run ``python -m sampler.formats.generated_code`` after a change to `sampler.errors`,
+`sampler.formats.channels` or `sampler.formats.binary_layout`, then ``python sampler/c/build.py``;
+everything outside the marked parts is written by hand.
 """
 
 import itertools
@@ -11,7 +12,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from sampler.errors import CODES
+from sampler.errors import CODES, LAST_OF_DRAWS
 from sampler.files import include_directory, write_text
 from sampler.formats import bounds
 from sampler.formats.binary_layout import (
@@ -64,15 +65,17 @@ def public_constants() -> str:
         f"#define RBT_VERSION_MAJOR {major}",
         f"#define RBT_VERSION_MINOR {minor}",
         *(f"#define RBT_{code.name} {_number(code.number)}" for code in CODES),
-        *textwrap.wrap(
-            f"#define RBT_VALUES {len(VARIABLES)} /* {', '.join(VARIABLES)} */",
-            _WIDTH,
-            subsequent_indent=" " * 24,
-        ),
-        f"#define RBTI_CHANNELS {len(CHANNELS)} /* in which these are stored */",
+        "/* variables of a state, in this order */",
+        *_enumeration([f"RBT_{name.upper()}" for name in (*VARIABLES, "values")]),
+        "/* channels, in which these are stored */",
+        *_enumeration([f"RBTI_{name.upper()}" for name in (*(f"of_{c}" for c in CHANNELS), "channels")]),
         f"#define RBTI_NAMES {MOST_NAMES} /* most of either that a table has */",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _enumeration(names: list[str]) -> list[str]:
+    return textwrap.wrap(f"enum {{ {', '.join(names)} }};", _WIDTH, subsequent_indent=" " * 7)
 
 
 def _number(number: int) -> str:
@@ -245,20 +248,17 @@ def fortran_constants() -> str:
 
 def codes_table() -> str:
     """Write the codes of draws, which all languages share, as a Markdown table."""
-    draws = (code for code in CODES if not -32 < code.number <= -10)  # those are of files
+    draws = (code for code in CODES if code.number >= LAST_OF_DRAWS)  # those are of files
     rows = (f"| {code.number} `RBT_{code.name}` | {code.text} |" for code in draws)
     return "\n".join(["| code | meaning |", "|---|---|", *rows]) + "\n"
 
 
 #: Marked parts by file, below the folder of `include_directory`.
 PARTS = {
-    "rebound_sampler.h": {
-        "constants": public_constants,
-        "spin": spin_constants,
-        "header": header_struct,
-        "checks": checked_constants,
-        "texts": code_texts,
-    },
+    "src/public.h": {"constants": public_constants},
+    "src/prelude.h": {"spin": spin_constants},
+    "src/layout.h": {"header": header_struct, "checks": checked_constants},
+    "src/open.h": {"texts": code_texts},
     "../fortran/rebound_sampler.f90": {"constants": fortran_constants},
     "../EMBEDDING.md": {"constants": codes_table},
 }

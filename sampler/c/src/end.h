@@ -1,0 +1,9 @@
+#ifdef __cplusplus
+}
+#endif
+
+#if defined(__GNUC__) && !defined(__clang__) && !defined(RBTI_GPU)
+#pragma GCC pop_options
+#endif
+
+#endif /* REBOUND_SAMPLER_IMPLEMENTATION */

@@ -1,0 +1,438 @@
+}
+
+/* -- the first-impact draw -----------------------------------------------------------------------
+
+   The law of particles that arrive without spin. A table has nodes of impact angle and speed, and a cell
+   between each four of them. A node has a mixture of components, each of one of the classes of
+   rebounds. The arrays are those of tables/FORMAT.md, "Binary table", the steps those of "A draw":
+
+     words  rbti_fill_words        Philox4x32-10 of (seed, index, hit)
+     1      rbti_locate            cell of the condition, weights of its nodes
+     2      rbti_choose_node       one of the four nodes, by word 1
+     3      rbti_choose_component  one of its components, by word 0, and the class of it
+     4      rbti_fill_normals      words to normals n
+            rbti_mix               variates mean + L n, reflected or not, to places among knots
+     5      rbti_fill_channel      quantiles at these places, averaged over the nodes
+            rbti_to_states         channels to variables of the state
+
+   Each step is written once, for m draws side by side; the compiler knows m, which is 1 for a
+   single draw and RBTI_BLOCK for a batch. A step is a loop over arrays of fixed length without
+   branches, which compilers turn into vector instructions. Memory that it reads at scattered places
+   was prefetched by the step before, so that the draws of a block wait for memory together.
+   Number k of draw r of an array stands at k m + r. */
+
+#if defined(RBTI_GPU)
+#define RBTI_BLOCK ((size_t)1) /* threads of a device draw one by one, with little memory each */
+#else
+#define RBTI_BLOCK ((size_t)32)
+#endif
+#define RBTI_EACH_DRAW(r) for (size_t r = 0; r < m; r++)
+
+typedef struct rbti_draws {
+    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK];
+    uint32_t words[12 * RBTI_BLOCK];
+    double alpha_weight[RBTI_BLOCK], speed_weight[RBTI_BLOCK];
+    float weights[4 * RBTI_BLOCK]; /* of the nodes of the cell */
+    int32_t alpha_node[RBTI_BLOCK], speed_node[RBTI_BLOCK];
+    int32_t record[RBTI_BLOCK];    /* first number of the mixture component's record */
+    int32_t functions[RBTI_BLOCK]; /* first quantile function of the cell and class */
+    float values[RBTI_NAMES * RBTI_BLOCK];    /* normals, then fractions, by row of the factor */
+    int32_t entries[RBTI_NAMES * RBTI_BLOCK]; /* quantiles at the knot below, by row */
+    double channels[RBTI_CHANNELS * RBTI_BLOCK];
+} rbti_draws;
+
+/* RBT_EXTRAPOLATED at a speed at which the pair was not measured, else 0. */
+RBTI_INLINE RBT_DEVICE int rbti_extrapolates(const rbt_table *table, double speed)
+{
+    const int off = (speed < table->valid_speed[0]) | (speed > table->valid_speed[1]);
+    return off * RBT_EXTRAPOLATED;
+}
+
+RBTI_INLINE RBT_DEVICE int rbti_status(const rbt_table *table, double alpha1, double speed)
+{
+    if (!(rbti_finite(alpha1) && rbti_finite(speed)))
+        return RBT_ERR_NOT_FINITE;
+    const int flags = rbti_extrapolates(table, speed);
+    if (alpha1 >= table->alpha.low && alpha1 <= table->alpha.high && speed >= table->speed.low &&
+        speed <= table->speed.high)
+        return flags;
+    if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
+        return RBT_ERR_NOT_APPROACHING;
+    return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_CLAMPED | flags;
+}
+
+/* Uniform number in (0, 1) from a random word. */
+RBTI_INLINE RBT_DEVICE double rbti_uniform(uint32_t word)
+{
+    return ((double)word + 0.5) * (1.0 / 4294967296.0);
+}
+
+/* Four random words of each draw, Philox4x32-10. A block that is not full repeats its last draw. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_words(size_t m, uint32_t block, uint64_t seed,
+                                            const uint64_t *index, const uint32_t *hit,
+                                            size_t count, uint32_t *words)
+{
+    uint32_t *c0 = words, *c1 = words + m, *c2 = words + 2 * m, *c3 = words + 3 * m;
+    uint32_t key0 = (uint32_t)seed, key1 = (uint32_t)(seed >> 32);
+    RBTI_EACH_DRAW(r) {
+        const size_t k = r < count ? r : count - 1;
+        c0[r] = (uint32_t)index[k];
+        c1[r] = (uint32_t)(index[k] >> 32);
+        c2[r] = hit[k];
+        c3[r] = block;
+    }
+    for (int round = 0; round < 10; round++) {
+        RBTI_EACH_DRAW(r) {
+            const uint64_t p0 = (uint64_t)c0[r] * 0xD2511F53u, p1 = (uint64_t)c2[r] * 0xCD9E8D57u;
+            c0[r] = (uint32_t)(p1 >> 32) ^ c1[r] ^ key0;
+            c1[r] = (uint32_t)p1;
+            c2[r] = (uint32_t)(p0 >> 32) ^ c3[r] ^ key1;
+            c3[r] = (uint32_t)p0;
+        }
+        key0 += 0x9E3779B9u;
+        key1 += 0xBB67AE85u;
+    }
+}
+
+/* Lower nodes of the cell on an axis; weights of the upper ones. */
+RBTI_INLINE RBT_DEVICE void rbti_locate(size_t m, const rbt_axis *of, const double *values,
+                                        int32_t *nodes, double *weights)
+{
+    const rbt_axis axis = *of;
+    RBTI_EACH_DRAW(r) {
+        double value = values[r] > axis.first ? values[r] : axis.first;
+        value = value < axis.last ? value : axis.last;
+        double position = (value - axis.origin) * axis.scale;
+        position = position > 0.0 ? position : 0.0;
+        position = position < axis.grid - 1.0 ? position : axis.grid - 1.0;
+        int32_t k = (int32_t)position;
+        k = k < axis.grid - 2 ? k : axis.grid - 2;
+        const double below = axis.coordinate[k];
+        const double x = below + (position - k) * (axis.coordinate[k + 1] - below);
+        /* on an axis of one node both neighbours are that node, with weight 0 for the upper one */
+        int32_t lower = (int32_t)x - axis.offset;
+        lower = lower < axis.nodes - 2 ? lower : axis.nodes - 2;
+        lower = lower > 0 ? lower : 0;
+        const double most = axis.nodes > 1 ? 1.0 : 0.0;
+        double rest = x - (lower + axis.offset);
+        rest = rest > 0.0 ? rest : 0.0;
+        weights[r] = rest < most ? rest : most;
+        nodes[r] = lower;
+    }
+}
+
+/* Weights of the four nodes; one of them with these weights, by the upper 20 bits of word 1; column
+   of its alias table and place in it in units of 2^-16: integer and fractional part of word 0 times
+   the number of columns over 2^32, in 32 bits. */
+RBTI_INLINE RBT_DEVICE void rbti_choose_node(size_t m, const rbt_table *table, rbti_draws *d,
+                                             int32_t *node, int32_t *column, uint32_t *fraction)
+{
+    const int32_t last_alpha = table->alpha.nodes - 1, last_speed = table->speed.nodes - 1;
+    const uint32_t columns = (uint32_t)table->n_components;
+    RBTI_EACH_DRAW(r) {
+        const double t = d->alpha_weight[r], s = d->speed_weight[r];
+        const double w0 = (1.0 - t) * (1.0 - s), w1 = (1.0 - t) * s, w2 = t * (1.0 - s);
+        d->weights[r] = (float)w0;
+        d->weights[m + r] = (float)w1;
+        d->weights[2 * m + r] = (float)w2;
+        d->weights[3 * m + r] = (float)(t * s);
+        const double c = ((double)(int32_t)(d->words[m + r] >> 12) + 0.5) * (1.0 / 1048576.0);
+        const double half = w0 + w1;
+        const int32_t upper_alpha = c >= half;
+        const double limit = upper_alpha ? half + w2 : w0;
+        const int32_t upper_speed = c >= limit;
+        const int32_t i = d->alpha_node[r] + upper_alpha, j = d->speed_node[r] + upper_speed;
+        node[r] = (i < last_alpha ? i : last_alpha) * (last_speed + 1) +
+                  (j < last_speed ? j : last_speed);
+        const uint32_t word = d->words[r];
+        const uint32_t product = (word >> 16) * columns + ((word & 0xffffu) * columns >> 16);
+        fraction[r] = product & 0xffffu;
+        column[r] = (int32_t)(product >> 16);
+    }
+}
+
+/* One mixture component of the node, by the alias method, and its class. */
+RBTI_INLINE RBT_DEVICE void rbti_choose_component(size_t m, const rbt_table *table, rbti_draws *d)
+{
+    const int32_t components = table->n_components, classes = table->n_classes;
+    const int32_t cells_of_row = table->speed.nodes > 1 ? table->speed.nodes - 1 : 1;
+    int32_t node[RBTI_BLOCK] RBTI_ALIGNED, column[RBTI_BLOCK] RBTI_ALIGNED;
+    int32_t kind[RBTI_BLOCK] RBTI_ALIGNED, first[RBTI_BLOCK] RBTI_ALIGNED;
+    uint32_t fraction[RBTI_BLOCK] RBTI_ALIGNED, entry[RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_choose_node(m, table, d, node, column, fraction);
+    RBTI_EACH_DRAW(r)
+        RBTI_PREFETCH(table->alias + node[r] * components + column[r]);
+    RBTI_EACH_DRAW(r)
+        entry[r] = table->alias[node[r] * components + column[r]];
+    RBTI_EACH_DRAW(r) {
+        const int32_t other = (int32_t)(entry[r] & 0xffffu);
+        column[r] = fraction[r] >= entry[r] >> 16 ? other : column[r];
+        kind[r] = 0;
+    }
+    for (int32_t k = 1; k < classes; k++) {
+        RBTI_EACH_DRAW(r)
+            first[r] = table->first_of_class[node[r] * classes + k];
+        RBTI_EACH_DRAW(r)
+            kind[r] = column[r] >= first[r] ? k : kind[r];
+    }
+    RBTI_EACH_DRAW(r) {
+        const int32_t cell = d->alpha_node[r] * cells_of_row + d->speed_node[r];
+        d->record[r] = (node[r] * components + column[r]) * table->stride;
+        d->functions[r] = (cell * classes + kind[r]) * table->n_marginals;
+    }
+    RBTI_EACH_DRAW(r)
+        RBTI_PREFETCH(table->components + d->record[r]);
+}
+
+/* Normal numbers from words by a table of cubics. The octave of the distance from the nearer end of the
+   words is found by the exponent of a floating-point number, which unlike a count of leading zeros can be
+   vectorised. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_normals(size_t m, const float *table, const uint32_t *words,
+                                              float *normals)
+{
+    int32_t rows[RBTI_BLOCK] RBTI_ALIGNED;
+    float t[RBTI_BLOCK] RBTI_ALIGNED, sign[RBTI_BLOCK] RBTI_ALIGNED;
+    float cubic[4 * RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r) {
+        const int32_t upper = (int32_t)(words[r] >> 31);
+        const uint32_t mask = (uint32_t)-upper;
+        /* half the distance from the nearer end, in units of 2^-32: from 1/2 to 2^31 */
+        float half = (float)(int32_t)((words[r] ^ mask) & 0x7fffffffu) + 0.5f;
+        uint32_t bits;
+        memcpy(&bits, &half, sizeof bits);
+        rows[r] = (int32_t)(bits >> 20) - 8 * 126;
+        bits = (bits << 3 & 0x7fffffu) | 0x3f800000u;
+        memcpy(&half, &bits, sizeof half);
+        t[r] = half - 1.0f;
+        sign[r] = 1.0f - 2.0f * (float)upper;
+    }
+    RBTI_EACH_DRAW(r) {
+        const float *row = table + 4 * rows[r];
+        cubic[r] = row[0];
+        cubic[m + r] = row[1];
+        cubic[2 * m + r] = row[2];
+        cubic[3 * m + r] = row[3];
+    }
+    RBTI_EACH_DRAW(r) {
+        const float *c = cubic + r;
+        normals[r] = sign[r] * (c[0] + t[r] * (c[m] + t[r] * (c[2 * m] + t[r] * c[3 * m])));
+    }
+}
+
+/* Pairs of 16-bit numbers in the longest record, of 8 channels. */
+#define RBTI_PAIRS 23
+
+/* Records, number by number: factors[k][r] is number k of the record of draw r. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_factors(size_t m, const rbt_table *table, int32_t n,
+                                              const int32_t *records, float *factors)
+{
+    const int32_t pairs = (2 + n + n * (n + 1) / 2) / 2;
+    uint32_t raw[RBTI_PAIRS * RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r) {
+        const int16_t *record = table->components + records[r];
+        for (int32_t k = 0; k < pairs; k++)
+            memcpy(raw + (size_t)k * m + r, record + 2 * k, sizeof *raw);
+    }
+    for (size_t k = 0; k < (size_t)pairs; k++) {
+        RBTI_EACH_DRAW(r) {
+            const uint32_t pair = raw[k * m + r];
+            factors[2 * k * m + r] = (float)((int32_t)(pair << 16) >> 16);
+            factors[(2 * k + 1) * m + r] = (float)((int32_t)pair >> 16);
+        }
+    }
+}
+
+/* Normals to variates mean + L n, reflected or not, and these to fractions between knots. */
+RBTI_INLINE RBT_DEVICE void rbti_mix(size_t m, const rbt_table *table, int32_t n, rbti_draws *d)
+{
+    const float variate_max = (float)table->variate_max, scale = (float)table->variate_scale;
+    const float last = (float)(table->n_knots - 1);
+    const int32_t last_but_one = table->n_knots - 2, knots = table->n_knots;
+    float factors[2 * RBTI_PAIRS * RBTI_BLOCK] RBTI_ALIGNED;
+    float unit[2 * RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_fill_factors(m, table, n, d->record, factors);
+    RBTI_EACH_DRAW(r) {
+        const float limit = (float)(int32_t)(d->words[m + r] & 4095u);
+        unit[r] = RBTI_UNIT;
+        unit[m + r] = limit < factors[r] ? -RBTI_UNIT : RBTI_UNIT;
+    }
+    for (int32_t row = n - 1; row >= 0; row--) {
+        /* from the last row upwards, so that each row still finds the normals it needs */
+        const float *units = table->mirrored[row] ? unit + m : unit;
+        const float *factor = factors + (size_t)(1 + row) * m;
+        float *values = d->values + (size_t)row * m;
+        int32_t *entries = d->entries + (size_t)row * m;
+        float z[RBTI_BLOCK] RBTI_ALIGNED;
+        RBTI_EACH_DRAW(r)
+            z[r] = factor[r];
+        factor += (size_t)n * m;
+        for (int32_t column = 0; column <= row; column++) {
+            RBTI_EACH_DRAW(r)
+                z[r] += factor[r] * d->values[(size_t)column * m + r];
+            factor += (size_t)(n - column - 1) * m;
+        }
+        RBTI_EACH_DRAW(r) {
+            float position = (z[r] * units[r] + variate_max) * scale;
+            position = position > 0.0f ? position : 0.0f;
+            position = position < last ? position : last;
+            int32_t k = (int32_t)position;
+            k = k < last_but_one ? k : last_but_one;
+            values[r] = position - (float)k;
+            entries[r] = ((d->functions[r] + table->marginals[row]) * knots + k) * 4;
+        }
+        if (table->marginals[row] >= 0) {
+            RBTI_EACH_DRAW(r)
+                RBTI_PREFETCH(table->quantiles + entries[r]);
+        }
+    }
+}
+
+/* Quantiles of one channel between knots, averaged over the four nodes. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_channel(size_t m, const rbt_table *table, int32_t row,
+                                              const rbti_draws *d, double *channel)
+{
+    uint32_t raw[4 * RBTI_BLOCK] RBTI_ALIGNED;
+    const float *fractions = d->values + (size_t)row * m;
+    const int32_t *entries = d->entries + (size_t)row * m;
+    double least[RBTI_BLOCK] RBTI_ALIGNED, step[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r) {
+        uint32_t eight[4];
+        memcpy(eight, table->quantiles + entries[r], sizeof eight);
+        raw[r] = eight[0];
+        raw[m + r] = eight[1];
+        raw[2 * m + r] = eight[2];
+        raw[3 * m + r] = eight[3];
+    }
+    RBTI_EACH_DRAW(r) {
+        const double *span = table->spans + 2 * (d->functions[r] + table->marginals[row]);
+        least[r] = span[0];
+        step[r] = span[1];
+    }
+    RBTI_EACH_DRAW(r) {
+        const float f = fractions[r];
+        float mean[2];
+        for (size_t half = 0; half < 2; half++) {
+            const uint32_t low = raw[half * m + r], high = raw[(2 + half) * m + r];
+            const float *weights = d->weights + 2 * half * m + r;
+            const float low0 = (float)(int32_t)(low & 0xffffu);
+            const float low1 = (float)(int32_t)(low >> 16);
+            const float high0 = (float)(int32_t)(high & 0xffffu);
+            const float high1 = (float)(int32_t)(high >> 16);
+            mean[half] = weights[0] * (low0 + f * (high0 - low0)) +
+                         weights[m] * (low1 + f * (high1 - low1));
+        }
+        channel[r] = least[r] + step[r] * (double)(mean[0] + mean[1]);
+    }
+}
+
+/* The same in its place among the channels. In registers, which a device has in place of memory, no
+   place can be looked up. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_place(size_t m, const rbt_table *table, int32_t row,
+                                            rbti_draws *d)
+{
+#if defined(RBTI_GPU)
+    double channel;
+    rbti_fill_channel(m, table, row, d, &channel);
+    for (int k = 0; k < RBTI_CHANNELS; k++)
+        d->channels[k] = k == table->channels[row] ? channel : d->channels[k];
+#else
+    rbti_fill_channel(m, table, row, d, d->channels + (size_t)table->channels[row] * m);
+#endif
+}
+
+/* Channels to variables of the state, as tables/FORMAT.md gives them: the first six, or all ten, of
+   `count` draws. */
+RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables,
+                                           const rbt_table *table, const rbti_draws *d,
+                                           double *states)
+{
+    const double least = table->least_inertia;
+    const double *v = d->channels, *u_hat = v + m, *omega_z = v + 2 * m, *w_hat = v + 3 * m;
+    const double *omega_x = v + 4 * m, *omega_y = v + 5 * m;
+    const double *energy_hat = v + 6 * m, *collisions = v + 7 * m, *normal_hat = v + 8 * m;
+    double u[RBTI_BLOCK] RBTI_ALIGNED, w[RBTI_BLOCK] RBTI_ALIGNED, rest[RBTI_BLOCK] RBTI_ALIGNED;
+    double normal[RBTI_BLOCK] RBTI_ALIGNED, left[RBTI_BLOCK] RBTI_ALIGNED;
+    double shorter[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r) {
+        const double n = normal_hat[r], square = n * n, fourth = square * square;
+        const double x = omega_x[r], y = omega_y[r], z = omega_z[r];
+        const double after_v = (1.0 - v[r]) * (1.0 + v[r]);
+        /* the factor is exactly 1 where a table has no works */
+        const double after_n = after_v * ((1.0 - n) * (1.0 + n) * (1.0 + square + fourth));
+        normal[r] = fourth * square * after_v;
+        rest[r] = after_n * ((1.0 - u_hat[r]) * (1.0 + u_hat[r]));
+        u[r] = u_hat[r] * sqrt(after_n);
+        w[r] = w_hat[r] * sqrt(rest[r]);
+        left[r] = rest[r] * ((1.0 - w_hat[r]) * (1.0 + w_hat[r]));
+        /* no rotation with more energy than is there, whatever the quantiles are; mostly exactly 1 */
+        const double energy = left[r] + normal[r], turns = least * (x * x + y * y + z * z);
+        shorter[r] = sqrt(energy / (turns > energy ? turns : energy));
+    }
+    for (size_t r = 0; r < count; r++) {
+        double *state = states + (size_t)variables * r;
+        state[0] = u[r];
+        state[1] = v[r];
+        state[2] = w[r];
+        state[3] = omega_x[r] * shorter[r];
+        state[4] = omega_y[r] * shorter[r];
+        state[5] = omega_z[r] * shorter[r];
+        if (variables > 6) {
+            state[6] = energy_hat[r] * left[r];
+            state[7] = floor(collisions[r]);
+            state[8] = table->held >> 8 & 1u ? normal[r] : 0.0;
+            state[9] = table->held >> 9 & 1u ? (1.0 - energy_hat[r]) * left[r] : 0.0;
+        }
+    }
+}
+
+/* Draws with conditions that may be drawn at; n is the number of channels. Words 8 and 11 belong to
+   no channel: the azimuth of a normal impact is made of word 8. */
+RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, int32_t n,
+                                            uint64_t seed, const uint64_t *index,
+                                            const uint32_t *hit, size_t count, int variables,
+                                            rbti_draws *d, double *states)
+{
+    const uint32_t blocks = n <= 2 ? 1 : n <= 6 ? 2 : 3;
+    for (uint32_t block = 0; block < blocks; block++)
+        rbti_fill_words(m, block, seed, index, hit, count, d->words + 4 * block * m);
+    rbti_locate(m, &table->alpha, d->alpha1, d->alpha_node, d->alpha_weight);
+    rbti_locate(m, &table->speed, d->speed, d->speed_node, d->speed_weight);
+    rbti_choose_component(m, table, d);
+    for (int32_t row = 0; row < n; row++)
+        rbti_fill_normals(m, table->normals, d->words + (size_t)(row < 6 ? 2 + row : 3 + row) * m,
+                          d->values + (size_t)row * m);
+    rbti_mix(m, table, n, d);
+    memset(d->channels, 0, RBTI_CHANNELS * m * sizeof *d->channels);
+    for (int32_t row = 0; row < n; row++)
+        if (table->marginals[row] >= 0)
+            rbti_fill_place(m, table, row, d);
+    rbti_to_states(m, count, variables, table, d, states);
+}
+
+#ifndef RBT_DEVICE_ONLY
+
+/* The same with a number of channels that the compiler knows, for the commonest tables. */
+RBTI_INLINE RBT_DEVICE void rbti_draw_block(size_t m, const rbt_table *table, uint64_t seed,
+                                            const uint64_t *index, const uint32_t *hit,
+                                            size_t count, int variables, rbti_draws *d,
+                                            double *states)
+{
+    if (table->n_channels == 6)
+        rbti_take_steps(m, table, 6, seed, index, hit, count, variables, d, states);
+    else
+        rbti_take_steps(m, table, table->n_channels, seed, index, hit, count, variables, d, states);
+}
+
+#endif
+
+/* One draw from a table with any number of channels. It stands apart because it needs memory on a
+   device; where the compiler knows the number of channels, registers are enough. */
+RBTI_APART RBT_DEVICE void rbti_draw_any(const rbt_table *table, double alpha1, double speed,
+                                         uint64_t seed, uint64_t index, uint32_t hit,
+                                         int variables, double *state)
+{
+    rbti_draws draws;
+    draws.alpha1[0] = alpha1;
+    draws.speed[0] = speed;
+    rbti_take_steps(1, table, table->n_channels, seed, &index, &hit, 1, variables, &draws, state);
+}

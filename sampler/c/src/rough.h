@@ -1,0 +1,249 @@
+/* -- rough walls ----------------------------------------------------------------------------------
+
+   A particle that arrives at an angle alpha meets facets whose tilt g is normal with a standard
+   deviation, the roughness, and which it sees by their projected area: their density is
+   ~ exp(-g^2 / (2 roughness^2)) sin(alpha + g), 0 < alpha + g < pi, |g| < pi/2 (Sommerfeld & Huber,
+   Int. J. Multiphase Flow 25 (1999) 1457-1489). The tangent of the sine bounds the density by
+   phi(z) (c + z), z = g / roughness, c = tan(alpha) / roughness; a tilt is proposed from the bound and
+   accepted with the ratio. Trials take blocks 3, 4, ... of random words. Bounce k of the same hit has
+   the seed XOR k 0x9E3779B97F4A7C15.
+
+   Where roughness is isotropic, facets are tilted by h across the plane of incidence as well: their
+   normals are along e_y - tan(g) e_x + tan(h) e_z, and h has a density ~ exp(-h^2 / (2 roughness^2))
+   cos(h), whatever g is (docs/method.md). Its trials take blocks 67, 68, ... */
+
+#define RBTI_TILT_BLOCK 3u     /* of the random words of the first trial of a tilt */
+#define RBTI_MAX_TRIALS 64u
+#define RBTI_MAX_BOUNCES 64u
+#define RBTI_SHADOW 1e-9 /* rad between path and facet from which a facet is met */
+#define RBTI_STEEP 1e9
+#define RBTI_BOUNCE_KEY 0x9e3779b97f4a7c15u
+#define RBTI_PI 3.141592653589793
+#define RBTI_PER_ROOT_TWO_PI 0.3989422804014327
+#define RBTI_PER_ROOT_TWO 0.7071067811865476
+
+RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double diameter,
+                                     double *tilt)
+{
+    if (!(rbti_finite(ra) && rbti_finite(rq) && rbti_finite(rsm) && rbti_finite(diameter)))
+        return RBT_ERR_NOT_FINITE;
+    if (ra < 0.0 || rq < 0.0 || rsm <= 0.0 || diameter <= 0.0)
+        return RBT_ERR_ROUGHNESS_NOT_USABLE;
+    const double flank = atan(2.0 * ra / rsm), found = diameter * sin(flank) < rsm
+                                                           ? flank
+                                                           : atan(2.0 * rq / rsm);
+    if (found > RBT_MOST_ROUGHNESS)
+        return RBT_ERR_ROUGHNESS_NOT_USABLE;
+    *tilt = found;
+    return RBT_OK;
+}
+
+RBTI_INLINE RBT_DEVICE double rbti_normal_cdf(double x)
+{
+    return 0.5 * erfc(-x * RBTI_PER_ROOT_TWO);
+}
+
+RBTI_INLINE RBT_DEVICE double rbti_normal_quantile(double p)
+{
+    const double q = p - 0.5;
+    return fabs(q) <= 0.425 ? rbti_central_quantile(q) : rbti_outer_quantile(p);
+}
+
+/* z with a density ~ phi(z) (c + z), z > -c, from three uniform numbers. */
+RBTI_INLINE RBT_DEVICE double rbti_proposed_score(double c, double u_part, double u_size,
+                                                  double u_side)
+{
+    const double plain = c * rbti_normal_cdf(c);
+    const double rayleigh = RBTI_PER_ROOT_TWO_PI * exp(-0.5 * c * c);
+    if (u_part * (plain + rayleigh) >= plain)
+        return sqrt(c * c - 2.0 * log(u_size)); /* z phi(z) for z > c */
+    const double below = rbti_normal_cdf(-c);
+    const double z = rbti_normal_quantile(below + u_size * (1.0 - below));
+    /* phi(z) becomes phi(z) (1 + z / c) for |z| < c: each -z gives as much as z lacks */
+    return z < c && 2.0 * u_side * c < c - z ? -z : z;
+}
+
+/* One trial of a tilt from four random words: whether it is accepted. */
+RBTI_INLINE RBT_DEVICE int rbti_try_tilt(double alpha1, double roughness, const uint32_t words[4],
+                                         double *tilt)
+{
+    const double steepness = tan(alpha1) / roughness;
+    const double c = steepness < RBTI_STEEP ? steepness : RBTI_STEEP;
+    *tilt = roughness * rbti_proposed_score(c, rbti_uniform(words[0]), rbti_uniform(words[1]),
+                                            rbti_uniform(words[2]));
+    const double local = alpha1 + *tilt;
+    if (!(RBTI_SHADOW < local && local < RBTI_PI - RBTI_SHADOW) || fabs(*tilt) >= RBTI_HALF_PI)
+        return 0;
+    const double bound = sin(alpha1) + *tilt * cos(alpha1);
+    return rbti_uniform(words[3]) * bound < sin(local);
+}
+
+/* One trial of a tilt across the plane of incidence. */
+RBTI_INLINE RBT_DEVICE int rbti_try_across(double roughness, const uint32_t words[4], double *tilt)
+{
+    *tilt = roughness * rbti_normal_quantile(rbti_uniform(words[0]));
+    return fabs(*tilt) < RBTI_HALF_PI && rbti_uniform(words[1]) < cos(*tilt);
+}
+
+/* A particle within one hit of a rough wall, seen from the wall. */
+typedef struct rbti_cascade {
+    double moving[3], turning[3]; /* velocity, m/s, and angular velocity, rad/s */
+    double wall[3], e_y[3], half_size, roughness;
+    int isotropic;
+} rbti_cascade;
+
+/* A cascade before its first bounce. */
+RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double normal[3],
+                                      double half_size, const double *wall_velocity,
+                                      double roughness, int isotropic, const double *omega,
+                                      rbti_cascade *c)
+{
+    if (!rbti_finite(roughness) || roughness < 0.0 || roughness > RBT_MOST_ROUGHNESS)
+        return RBT_ERR_ROUGHNESS_NOT_USABLE;
+    for (int k = 0; k < 3; k++) {
+        c->wall[k] = wall_velocity ? wall_velocity[k] : 0.0;
+        c->turning[k] = omega ? omega[k] : 0.0;
+    }
+    const int code = rbti_impact_status(velocity, normal, half_size, c->wall);
+    if (code != RBT_OK)
+        return code;
+    rbti_combine(1.0, velocity, -1.0, c->wall, c->moving);
+    if (sqrt(rbti_dot(c->moving, c->moving)) < RBTI_LEAST_SPEED)
+        return RBT_ERR_SPEED_NOT_POSITIVE;
+    rbti_unit(normal, c->e_y);
+    c->half_size = half_size;
+    c->roughness = roughness;
+    c->isotropic = isotropic;
+    return rbti_dot(c->moving, c->e_y) < 0.0 ? RBT_OK : RBT_ERR_NOT_APPROACHING;
+}
+
+/* Tilt in the plane of incidence, or across it, from trials from a block of words on: whether one was
+   accepted. */
+RBTI_INLINE RBT_DEVICE int rbti_find_tilt(const rbti_cascade *c, int across, double alpha1,
+                                          uint64_t seed, uint64_t index, uint32_t hit, double *tilt)
+{
+    const uint32_t first = RBTI_TILT_BLOCK + (across ? RBTI_MAX_TRIALS : 0u);
+    int found = 0;
+    for (uint32_t trial = 0; trial < RBTI_MAX_TRIALS && !found; trial++) {
+        uint32_t words[4];
+        rbti_fill_words(1, first + trial, seed, &index, &hit, 1, words);
+        found = across ? rbti_try_across(c->roughness, words, tilt)
+                       : rbti_try_tilt(alpha1, c->roughness, words, tilt);
+    }
+    return found;
+}
+
+/* Normal of the facet that the particle meets next, of any length but zero. */
+RBTI_INLINE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, uint64_t index,
+                                           uint32_t hit, double facet[3])
+{
+    const double speed = sqrt(rbti_dot(c->moving, c->moving));
+    double tangential, tilt = 0.0, across = 0.0, e_x[3], e_z[3];
+    double alpha1 = rbti_impact_angle(c->moving, c->e_y, &tangential);
+    alpha1 = alpha1 > 0.0 ? alpha1 : 0.0;
+    if (!rbti_find_tilt(c, 0, alpha1, seed, index, hit, &tilt) ||
+        (c->isotropic && !rbti_find_tilt(c, 1, alpha1, seed, index, hit, &across)))
+        return RBT_ERR_TILT_NOT_FOUND;
+    rbti_tangent(c->moving, c->e_y, tangential, speed, seed, index, hit, e_x);
+    rbti_combine(cos(tilt), c->e_y, -sin(tilt), e_x, facet);
+    if (c->isotropic) {
+        rbti_cross(e_x, c->e_y, e_z);
+        rbti_combine(cos(across), facet, cos(tilt) * sin(across), e_z, facet);
+    }
+    return RBT_OK;
+}
+
+/* Whether the particle leaves the mean wall. */
+RBTI_INLINE RBT_DEVICE int rbti_has_left(const rbti_cascade *c)
+{
+    return rbti_dot(c->moving, c->e_y) > 0.0;
+}
+
+/* Bounces from a number on until the particle leaves, each with random numbers of its own; the first
+   is a first impact if `any`, later ones have the spin that the one before has left, if there is a
+   law for it. */
+RBTI_APART RBT_DEVICE int rbti_bounces(const rbt_table *table, rbti_cascade *c, uint32_t bounce,
+                                       int any, uint64_t seed, const rbti_grains *grains,
+                                       uint64_t index, uint32_t hit)
+{
+    int flags = RBT_OK;
+    for (; bounce < RBTI_MAX_BOUNCES; bounce++) {
+        const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
+        double facet[3];
+        int code = rbti_meet_facet(c, key, index, hit, facet);
+        if (code == RBT_OK)
+            code = rbti_rebound(table, c->moving, facet, c->half_size, NULL,
+                                any ? NULL : c->turning, key, grains, index, hit, c->moving,
+                                c->turning);
+        if (code < RBT_OK)
+            return code;
+        any = any && table->spin.n_shapes == 0;
+        flags |= code;
+        if (rbti_has_left(c))
+            return flags;
+    }
+    return RBT_ERR_CASCADE_NOT_ENDED;
+}
+
+/* Velocity and angular velocity after a cascade, in the lab frame. */
+RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], double omega[3])
+{
+    for (int k = 0; k < 3; k++) {
+        velocity[k] = c->moving[k] + c->wall[k];
+        omega[k] = c->turning[k];
+    }
+}
+
+/* Whether a wall has facets; NaN is refused later. */
+RBTI_INLINE RBT_DEVICE int rbti_is_rough(double roughness)
+{
+    return !rbti_finite(roughness) || roughness != 0.0;
+}
+
+/* rbt_rough_rebound of a particle with one of these grains. */
+RBTI_INLINE RBT_DEVICE int rbti_any_rebound(const rbt_table *table, const double velocity[3],
+                                            const double normal[3], double half_size,
+                                            const double *wall_velocity, double roughness,
+                                            int isotropic, const double *omega, uint64_t seed,
+                                            const rbti_grains *grains, uint64_t index,
+                                            uint32_t hit, double new_velocity[3],
+                                            double new_omega[3])
+{
+    if (!rbti_is_rough(roughness))
+        return rbti_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, grains,
+                            index, hit, new_velocity, new_omega);
+    rbti_cascade c;
+    int code =
+        rbti_begin(velocity, normal, half_size, wall_velocity, roughness, isotropic, omega, &c);
+    if (code == RBT_OK)
+        code = rbti_bounces(table, &c, 0, !omega && rbti_is_first(table, grains), seed, grains,
+                            index, hit);
+    if (code >= RBT_OK)
+        rbti_end(&c, new_velocity, new_omega);
+    return code;
+}
+
+RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double velocity[3],
+                                         const double normal[3], double half_size,
+                                         const double wall_velocity[3], double roughness,
+                                         const double omega[3], uint64_t seed, uint64_t index,
+                                         uint32_t hit, double new_velocity[3],
+                                         double new_omega[3])
+{
+    return rbt_rebound_grain(table, velocity, normal, half_size, wall_velocity, roughness, 0, omega,
+                             NULL, seed, index, hit, new_velocity, new_omega);
+}
+
+RBT_API RBT_DEVICE int rbt_rebound_grain(const rbt_table *table, const double velocity[3],
+                                         const double normal[3], double half_size,
+                                         const double wall_velocity[3], double roughness,
+                                         int isotropic, const double omega[3],
+                                         const double grain[3], uint64_t seed, uint64_t index,
+                                         uint32_t hit, double new_velocity[3],
+                                         double new_omega[3])
+{
+    rbti_grains grains = rbti_own_grains(table, seed);
+    grains.given = grain;
+    return rbti_any_rebound(table, velocity, normal, half_size, wall_velocity, roughness, isotropic,
+                            omega, seed, &grains, index, hit, new_velocity, new_omega);
+}
