@@ -118,7 +118,7 @@ RBTI_INLINE RBT_DEVICE void rbti_tangent(const double relative[3], const double 
 }
 
 /* Angle, speed and frame of an impact. */
-RBTI_INLINE RBT_DEVICE int rbti_meet(const double velocity[3], const double normal[3],
+RBTI_ONCE RBT_DEVICE int rbti_meet(const double velocity[3], const double normal[3],
                                      double half_size, const double *wall_velocity, uint64_t seed,
                                      uint64_t index, uint32_t hit, rbti_impact *impact)
 {
@@ -155,7 +155,7 @@ RBTI_INLINE RBT_DEVICE int rbti_to_spin(const rbti_impact *impact, const double 
 }
 
 /* A drawn state in the lab frame. */
-RBTI_INLINE RBT_DEVICE void rbti_leave(const rbti_impact *impact, const double state[6],
+RBTI_ONCE RBT_DEVICE void rbti_leave(const rbti_impact *impact, const double state[6],
                                        double velocity[3], double omega[3])
 {
     const double *e_x = impact->e_x, *e_y = impact->e_y, *e_z = impact->e_z;

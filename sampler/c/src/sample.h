@@ -32,6 +32,8 @@ RBTI_INLINE RBT_DEVICE int rbti_draw_one(const rbt_table *table, double alpha1, 
     const int error =
         spins ? rbti_spin_error(table, alpha1, speed, of[0], of[1], of[2], grains->given)
               : rbti_error(alpha1, speed);
+    const int flags = spins ? rbti_spin_flags(table, alpha1, speed, of[0], of[1], of[2])
+                            : rbti_flags(table, alpha1, speed);
     if (error < RBT_OK)
         return error;
     if (state && table->spheres)
@@ -40,8 +42,7 @@ RBTI_INLINE RBT_DEVICE int rbti_draw_one(const rbt_table *table, double alpha1, 
         rbti_draw_spin(table, alpha1, speed, of, seed, grains, index, hit, variables, state);
     else if (state)
         rbti_draw_node(table, alpha1, speed, seed, index, hit, variables, state);
-    return spins ? rbti_spin_flags(table, alpha1, speed, of[0], of[1], of[2])
-                 : rbti_flags(table, alpha1, speed);
+    return flags;
 }
 
 /* Draw row k, with NaN where it has an error: its code. */
