@@ -115,7 +115,7 @@ def table_image(contents: TableContents, grains: GrainLaw | None = None) -> Imag
             header["n_laws"] = stored["laws"].size
         _fill_spin_fields(header, contents, law)
     if grains is not None:
-        header["flags"] |= OTHER_POPULATION
+        _set_flags(header, OTHER_POPULATION)
     end = HEADER_DTYPE.itemsize
     for array in ALL_ARRAYS:
         if array.name in stored:
@@ -173,7 +173,7 @@ def _header(contents: TableContents) -> Any:
     for name, nodes in _nodes(contents).items():
         header[f"{name}_first"], header[f"{name}_last"] = nodes[0], nodes[-1]
     if contents.of_spheres:
-        header["flags"] |= SPHERES
+        _set_flags(header, SPHERES)
         header["n_alpha_grid"] = contents["sphere/laws"].size
         return header
     channels, held = contents.channels, contents.marginals
@@ -198,6 +198,11 @@ def _header(contents: TableContents) -> Any:
 def _nodes(contents: TableContents) -> dict[str, NDArray[np.float64]]:
     """Give the nodes of both axes, rad and m/s."""
     return {"alpha": np.deg2rad(contents["axes/alpha_deg"]), "speed": contents["axes/speed"]}
+
+
+def _set_flags(header: Any, flags: int) -> None:
+    """Set flags beside those already set."""
+    header["flags"] |= np.uint32(flags)  # numpy 1 takes a plain int for int64, and refuses it
 
 
 def _padded(numbers: list[int]) -> list[int]:
@@ -330,7 +335,7 @@ def _fill_spin_fields(header: Any, contents: TableContents, grains: GrainLaw) ->
     header["n_nodes"] = contents["spin/node_axis"].size
     header["n_leaves"] = len(contents["spin/centre"])
     outcomes, header["n_spin_knots"] = contents["spin/quantiles"].shape[1:]
-    header["flags"] |= SPIN_WORKS * (outcomes == N_OUTCOMES_WITH_WORKS)
+    _set_flags(header, SPIN_WORKS * (outcomes == N_OUTCOMES_WITH_WORKS))
     header["spin_alpha"] = np.deg2rad(contents["spin/alpha_range_deg"])
     header["spin_speed"] = contents["spin/speed_range"]
     header["spin_coordinate"] = scale, float(exponent)
