@@ -235,15 +235,18 @@ def code_texts() -> str:
 
 
 def fortran_constants() -> str:
-    """Write the codes and the number of variables in Fortran."""
-    codes = ", ".join(f"RBT_{code.name}\0=\0{code.number}" for code in CODES)
+    """Write the codes, and the places of the variables in a state, in Fortran."""
+    codes = {code.name: code.number for code in CODES}
+    places = {name.upper(): k for k, name in enumerate(VARIABLES, 1)} | {"VALUES": len(VARIABLES)}
+    return _parameters("integer(c_int)", codes) + _parameters("integer", places)
+
+
+def _parameters(kind: str, numbers: dict[str, int]) -> str:
+    words = ", ".join(f"RBT_{name}\0=\0{number}" for name, number in numbers.items())
     indent = " " * 6
-    lines = textwrap.wrap(codes, _WIDTH - 2, initial_indent=indent, subsequent_indent=indent)
-    return (
-        "  integer(c_int), parameter, public :: &\n"
-        + " &\n".join(lines).replace("\0", " ")
-        + f"\n  integer, parameter, public :: RBT_VALUES = {len(VARIABLES)}\n"
-    )
+    lines = textwrap.wrap(words, _WIDTH - 2, initial_indent=indent, subsequent_indent=indent)
+    text = " &\n".join(lines).replace("\0", " ")
+    return f"  {kind}, parameter, public :: &\n{text}\n"
 
 
 def codes_table() -> str:
