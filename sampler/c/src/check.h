@@ -166,12 +166,12 @@ static int rbti_axis_holds(const rbt_axis *a, double least, double largest)
 static int rbti_check_axes(const rbt_table *table)
 {
     const double variate[2] = {RBTI_VARIATE_BOUNDS};
-    RBTI_NEED(rbti_axis_holds(&table->alpha, RBTI_ALPHA_BOUNDS), RBT_ERR_AXES);
-    RBTI_NEED(rbti_axis_holds(&table->speed, RBTI_SPEED_BOUNDS), RBT_ERR_AXES);
-    RBTI_NEED(rbti_within(table->variate_max, variate[0], variate[1]), RBT_ERR_AXES);
+    RBTI_NEED(rbti_axis_holds(&table->alpha, RBTI_ALPHA_BOUNDS), RBT_ERR_INDICES);
+    RBTI_NEED(rbti_axis_holds(&table->speed, RBTI_SPEED_BOUNDS), RBT_ERR_INDICES);
+    RBTI_NEED(rbti_within(table->variate_max, variate[0], variate[1]), RBT_ERR_INDICES);
     RBTI_NEED(rbti_range_holds(table->valid_speed[0], table->valid_speed[1], 0.0, 1e300),
-              RBT_ERR_AXES);
-    RBTI_NEED(rbti_within(table->least_inertia, 0.0, RBTI_INERTIA), RBT_ERR_AXES);
+              RBT_ERR_INDICES);
+    RBTI_NEED(rbti_within(table->least_inertia, 0.0, RBTI_INERTIA), RBT_ERR_INDICES);
     return RBT_OK;
 }
 
@@ -180,13 +180,13 @@ static int rbti_check_spin_axes(const rbt_spin_law *law)
 {
     const double bounds[2] = {RBTI_SPEED_COORDINATE_BOUNDS};
     RBTI_NEED(rbti_range_holds(law->alpha_first, law->alpha_last, RBTI_ALPHA_BOUNDS),
-              RBT_ERR_AXES);
+              RBT_ERR_INDICES);
     RBTI_NEED(rbti_range_holds(law->speed_first, law->speed_last, RBTI_SPIN_SPEED_BOUNDS),
-              RBT_ERR_AXES);
-    RBTI_NEED(rbti_range_holds(law->least_spin, law->most_spin, 0.0, 1.1e300), RBT_ERR_AXES);
+              RBT_ERR_INDICES);
+    RBTI_NEED(rbti_range_holds(law->least_spin, law->most_spin, 0.0, 1.1e300), RBT_ERR_INDICES);
     RBTI_NEED(rbti_within(law->speed_scale, 0.0, RBTI_MOST_SPEED_SCALE) &&
                   rbti_within(law->speed_exponent, bounds[0], bounds[1]),
-              RBT_ERR_AXES);
+              RBT_ERR_INDICES);
     return RBT_OK;
 }
 
@@ -224,10 +224,10 @@ static int rbti_check_normals(const float *normals)
         double sum = 0.0;
         for (int k = 0; k < 4; k++) {
             const double number = (double)normals[4 * row + k];
-            RBTI_NEED(rbti_finite(number), RBT_ERR_NORMALS);
+            RBTI_NEED(rbti_finite(number), RBT_ERR_INDICES);
             sum += fabs(number);
         }
-        RBTI_NEED(sum <= 16.0, RBT_ERR_NORMALS);
+        RBTI_NEED(sum <= 16.0, RBT_ERR_INDICES);
     }
     return RBT_OK;
 }
@@ -237,10 +237,10 @@ static int rbti_check_classes(const rbt_table *table, size_t nodes)
     const size_t classes = (size_t)table->n_classes;
     for (size_t node = 0; node < nodes; node++) {
         const uint16_t *first = table->first_of_class + node * classes;
-        RBTI_NEED(first[0] == 0, RBT_ERR_CLASSES);
+        RBTI_NEED(first[0] == 0, RBT_ERR_INDICES);
         for (size_t k = 0; k < classes; k++)
             RBTI_NEED(first[k] <= table->n_components && (k == 0 || first[k] >= first[k - 1]),
-                      RBT_ERR_CLASSES);
+                      RBT_ERR_INDICES);
     }
     return RBT_OK;
 }
@@ -249,10 +249,10 @@ static int rbti_check_components(const rbt_table *table, size_t components)
 {
     for (size_t k = 0; k < components; k++) {
         const int16_t *record = table->components + k * (size_t)table->stride;
-        RBTI_NEED(record[0] >= 0 && record[0] <= 4096, RBT_ERR_COMPONENTS);
+        RBTI_NEED(record[0] >= 0 && record[0] <= 4096, RBT_ERR_INDICES);
         const int16_t *diagonal = record + 1 + table->n_channels;
         for (int32_t left = table->n_channels; left > 0; left--) {
-            RBTI_NEED(*diagonal > 0, RBT_ERR_COMPONENTS);
+            RBTI_NEED(*diagonal > 0, RBT_ERR_INDICES);
             diagonal += left;
         }
     }
@@ -274,7 +274,7 @@ static int rbti_check_spans(const rbt_table *table, size_t groups)
             const double least = span[0], most = span[0] + span[1] * (65535.0 * (1.0 + 1e-6));
             RBTI_NEED(rbti_finite(least) && rbti_finite(span[1]) && rbti_finite(most) &&
                           span[1] >= 0.0 && low[channel] < least && most < high[channel],
-                      RBT_ERR_SPANS);
+                      RBT_ERR_INDICES);
         }
     }
     return RBT_OK;
@@ -288,7 +288,7 @@ static int rbti_check_quantiles(const rbt_table *table, size_t functions)
         unsigned falls = 0;
         for (size_t m = 4; m < numbers; m++)
             falls |= steps[m] < steps[m - 4];
-        RBTI_NEED(!falls, RBT_ERR_QUANTILES);
+        RBTI_NEED(!falls, RBT_ERR_INDICES);
     }
     return RBT_OK;
 }
@@ -299,22 +299,22 @@ static int rbti_check_grains(const rbt_spin_law *law)
     double share = 0.0;
     for (int32_t k = 0; k < law->n_shapes; k++) {
         const double *ratios = law->shape_ratios + 2 * k;
-        RBTI_NEED(law->shape_codes[k] >= 0, RBT_ERR_GRAINS);
-        RBTI_NEED(rbti_within(law->shape_shares[k], share, 1.0), RBT_ERR_GRAINS);
+        RBTI_NEED(law->shape_codes[k] >= 0, RBT_ERR_INDICES);
+        RBTI_NEED(rbti_within(law->shape_shares[k], share, 1.0), RBT_ERR_INDICES);
         share = law->shape_shares[k];
         RBTI_NEED((ratios[0] == 0.0 && ratios[1] == 0.0) ||
                       (rbti_within(ratios[0], RBTI_LEAST_RATIO, 1.0) &&
                        rbti_within(ratios[1], RBTI_LEAST_RATIO, 1.0)),
-                  RBT_ERR_GRAINS);
+                  RBT_ERR_INDICES);
     }
     for (int32_t k = 0; k < 2 * law->n_shapes && law->shape_inertia; k++)
-        RBTI_NEED(law->shape_inertia[k] > 0.0 && law->shape_inertia[k] <= 1.0, RBT_ERR_GRAINS);
-    RBTI_NEED(share == 1.0, RBT_ERR_GRAINS);
+        RBTI_NEED(law->shape_inertia[k] > 0.0 && law->shape_inertia[k] <= 1.0, RBT_ERR_INDICES);
+    RBTI_NEED(share == 1.0, RBT_ERR_INDICES);
     for (int k = 0; k < 8; k += 4) {
         const double *of = law->aspect + k;
         RBTI_NEED(rbti_within(of[0], -100.0, 100.0) && rbti_within(of[1], 0.0, 100.0) &&
                       rbti_within(of[2], 0.0, 1.0) && rbti_within(of[3], of[2], 1.0),
-                  RBT_ERR_GRAINS);
+                  RBT_ERR_INDICES);
     }
     return RBT_OK;
 }
@@ -323,14 +323,14 @@ static int rbti_check_grains(const rbt_spin_law *law)
 static int rbti_check_trees(const rbt_spin_law *law)
 {
     for (int32_t k = 0; k < law->n_shapes; k++)
-        RBTI_NEED(law->roots[k] >= 0 && law->roots[k] < law->n_nodes, RBT_ERR_TREES);
+        RBTI_NEED(law->roots[k] >= 0 && law->roots[k] < law->n_nodes, RBT_ERR_INDICES);
     for (int32_t k = 0; k < law->n_nodes; k++) {
-        RBTI_NEED(law->node_axis[k] >= 0 && law->node_axis[k] <= RBTI_SQUARE, RBT_ERR_TREES);
-        RBTI_NEED(rbti_within(law->node_cut[k], -RBTI_MOST_CUT, RBTI_MOST_CUT), RBT_ERR_TREES);
+        RBTI_NEED(law->node_axis[k] >= 0 && law->node_axis[k] <= RBTI_SQUARE, RBT_ERR_INDICES);
+        RBTI_NEED(rbti_within(law->node_cut[k], -RBTI_MOST_CUT, RBTI_MOST_CUT), RBT_ERR_INDICES);
         for (int side = 0; side < 2; side++) {
             const int32_t child = law->node_child[2 * k + side];
             RBTI_NEED(child >= 0 ? child > k && child < law->n_nodes : child >= -law->n_leaves,
-                      RBT_ERR_TREES);
+                      RBT_ERR_INDICES);
         }
     }
     return RBT_OK;
@@ -342,14 +342,14 @@ static int rbti_check_leaves(const rbt_spin_law *law)
     const size_t experts = leaves * RBTI_GROUPS * RBTI_GROUP_SIZE;
     for (size_t k = 0; k < leaves * RBTI_INPUTS; k++) {
         const float *of = law->inputs + k / RBTI_INPUTS * (2 * RBTI_INPUTS) + k % RBTI_INPUTS;
-        RBTI_NEED(rbti_within((double)of[0], -RBTI_MOST_MIDDLE, RBTI_MOST_MIDDLE), RBT_ERR_LEAVES);
-        RBTI_NEED(rbti_within((double)of[RBTI_INPUTS], 0.0, RBTI_MOST_SCALE), RBT_ERR_LEAVES);
+        RBTI_NEED(rbti_within((double)of[0], -RBTI_MOST_MIDDLE, RBTI_MOST_MIDDLE), RBT_ERR_INDICES);
+        RBTI_NEED(rbti_within((double)of[RBTI_INPUTS], 0.0, RBTI_MOST_SCALE), RBT_ERR_INDICES);
     }
     for (size_t k = 0; k < experts; k++) {
         const int16_t *diagonal =
             law->experts + k * rbti_expert_stride(outcomes) + RBTI_FEATURES * outcomes;
         for (int left = law->n_outcomes; left > 0; left--) {
-            RBTI_NEED(*diagonal > 0, RBT_ERR_LEAVES);
+            RBTI_NEED(*diagonal > 0, RBT_ERR_INDICES);
             diagonal += left;
         }
     }
@@ -370,11 +370,11 @@ static int rbti_check_outcomes(const rbt_spin_law *law, int less_spheres)
         unsigned falls = 0;
         RBTI_NEED(rbti_within(least, of_v ? 0.0 : bounds[0], bounds[1]) &&
                       rbti_within(step, 0.0, bounds[1]) && least + step * 65535.0 <= bounds[1] * slack,
-                  RBT_ERR_SPANS);
-        RBTI_NEED(!of_v || least + step * (double)steps[1] >= RBTI_LEAST_V, RBT_ERR_SPANS);
+                  RBT_ERR_INDICES);
+        RBTI_NEED(!of_v || least + step * (double)steps[1] >= RBTI_LEAST_V, RBT_ERR_INDICES);
         for (size_t m = 1; m < knots; m++)
             falls |= steps[m] < steps[m - 1];
-        RBTI_NEED(!falls, RBT_ERR_QUANTILES);
+        RBTI_NEED(!falls, RBT_ERR_INDICES);
     }
     return RBT_OK;
 }
@@ -429,11 +429,11 @@ static int rbti_check_values(const rbt_table *table, const rbti_header *header)
     const size_t nodes = (size_t)rbti_nodes(header);
     const size_t components = nodes * header->n_components;
     const size_t groups = (size_t)rbti_cells(header) * header->n_classes;
-    RBTI_NEED(rbti_coordinate_holds(&table->alpha), RBT_ERR_COORDINATES);
-    RBTI_NEED(rbti_coordinate_holds(&table->speed), RBT_ERR_COORDINATES);
+    RBTI_NEED(rbti_coordinate_holds(&table->alpha), RBT_ERR_INDICES);
+    RBTI_NEED(rbti_coordinate_holds(&table->speed), RBT_ERR_INDICES);
     RBTI_CHECK(rbti_check_normals(table->normals));
     for (size_t k = 0; k < components; k++)
-        RBTI_NEED((table->alias[k] & 0xffffu) < header->n_components, RBT_ERR_ALIAS);
+        RBTI_NEED((table->alias[k] & 0xffffu) < header->n_components, RBT_ERR_INDICES);
     RBTI_CHECK(rbti_check_classes(table, nodes));
     RBTI_CHECK(rbti_check_components(table, components));
     RBTI_CHECK(rbti_check_spans(table, groups));

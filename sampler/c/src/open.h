@@ -134,11 +134,10 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_INDICES, "indices: a component, class, root or child lies beyond its "
          "array"},
 /* end texts */
-        {RBT_CLAMPED | RBT_EXTRAPOLATED, "outside the table, and at a speed at which its pair was not "
-         "measured"},
     };
+    const int lowest = code > 0 ? code & -code : code;
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
-        if (texts[k].code == code)
+        if (texts[k].code == lowest)
             return texts[k].text;
     return "unknown code";
 }

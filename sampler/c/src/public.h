@@ -341,14 +341,12 @@ typedef struct rbt_axis {
 /* The spin law. The arrays and their units are those of tables/FORMAT.md. */
 typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots, n_outcomes; /* 0 shapes: no law */
-    int32_t fresh_grains; /* whether a particle has another grain at each hit */
-    int32_t for_first;    /* whether it stands for the law of first impacts, of another population */
     double least_spin, most_spin; /* squares of the sizes of the spin that it covers */
     double alpha_first, alpha_last, alpha_low, alpha_high;
     double speed_first, speed_last, speed_low, speed_high, speed_scale, speed_exponent;
     double aspect[8];
     const int32_t *shape_codes;
-    const double *shape_shares, *shape_ratios, *shape_inertia; /* the last may be NULL */
+    const double *shape_shares, *shape_ratios, *shape_inertia;
     const int32_t *roots;
     const int8_t *node_axis;
     const double *node_cut;

@@ -37,7 +37,6 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     }
     law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
-    law->for_first = (h->flags & RBTI_OTHER_POPULATION) != 0;
     law->least_spin = h->spin_size[0] * h->spin_size[0] * (1.0 - RBTI_ROUNDING);
     law->most_spin = h->spin_size[1] * h->spin_size[1] * (1.0 + RBTI_ROUNDING);
     memcpy(law->aspect, h->aspect, sizeof law->aspect);
@@ -134,7 +133,7 @@ static int rbti_read_spheres(const char *image, const rbti_header *h, rbt_table 
                   rbti_lies(h, h->at_shape_shares, 1, 1, 0, sizeof(double)) &&
                   rbti_lies(h, h->at_shape_ratios, 1, 2, 0, sizeof(double)),
               RBT_ERR_OFFSETS);
-    RBTI_NEED(rbti_range_holds(h->valid_speed[0], h->valid_speed[1], 0.0, 1e300), RBT_ERR_AXES);
+    RBTI_NEED(rbti_range_holds(h->valid_speed[0], h->valid_speed[1], 0.0, 1e300), RBT_ERR_INDICES);
     rbti_fill_table(table, h);
     rbti_point(table, h, image);
     RBTI_CHECK(rbti_check_laws(table));
