@@ -226,13 +226,12 @@ void Foam::TabulatedRebound<CloudType>::draw
 
     if (code < 0 || (refuseOutside_ && (code & (RBT_ANGLE | RBT_SPEED | RBT_SPIN))))
     {
-        // The first flag of several
         FatalErrorInFunction
             << "parcel (origProc, origId) = (" << p.origProc() << ", " << p.origId() << "), wall "
             << pp.name() << ": got velocity " << Urelative << " m/s relative to the wall, half-size "
             << a << " m and spin " << before << " rad/s, allowed: "
             << rebound::covered(*table_).c_str() << " ("
-            << rbt_strerror(code < 0 ? code : code & -code) << ")" << exit(FatalError);
+            << rbt_strerror(code) << ")" << exit(FatalError);
     }
 
     for (int kind = 0; kind < 4; ++kind)
