@@ -3,10 +3,11 @@
     python sampler/c/build.py
 
 `rebound_sampler.h` is the sections of `src/` one behind another: what users of C take is one file,
-what people read is many. The compiler is that of the variable CC, else gcc, clang or cc, else the one of the ``ziglang``
-wheel; flags of the variable CFLAGS come last. No Python headers are needed. The hot loops are
-compiled for several levels of x86-64 where the compiler can do that, and the loader takes the one
-for the processor; bits do not depend on it. The zig compiler brings sines, logarithms and the like
+what people read is many; `library.c` adds what Python alone needs. The compiler is that of the
+variable CC, else gcc, clang or cc, else the one of the ``ziglang`` wheel; flags of the variable
+CFLAGS come last. No Python headers are needed. The hot loops are compiled for several levels of
+x86-64 where the compiler can do that, and the loader takes the one for the processor; bits do not
+depend on it. The zig compiler brings sines, logarithms and the like
 of its own, which move last digits of rebounds from rough walls and of exactly normal impacts.
 """
 
@@ -19,7 +20,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-HEADER = HERE / "rebound_sampler.h"
+HEADER, SOURCE = HERE / "rebound_sampler.h", HERE / "library.c"
 LIBRARY = HERE.parent / "librebound.so"
 
 #: Sections of the header, in their order.
@@ -32,7 +33,7 @@ SECTIONS = (
 #: No product is fused with a sum, which keeps the bits; nobody reads errno or floating-point traps.
 FLAGS = (
     *("-std=gnu11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
-    *("-fPIC", "-shared", "-DREBOUND_SAMPLER_IMPLEMENTATION"),
+    *("-fPIC", "-shared"),
 )
 
 
@@ -61,7 +62,7 @@ def build(library: Path = LIBRARY) -> None:
     if not words:
         raise SystemExit("no C compiler found: install gcc or clang, or pip install ziglang")
     flags = shlex.split(os.environ.get("CFLAGS", ""))
-    command = [*words, *FLAGS, *flags, "-x", "c", str(HEADER), "-o", str(library), "-lm"]
+    command = [*words, *FLAGS, *flags, str(SOURCE), "-o", str(library), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(f"{shlex.join(command)}\n{done.stderr}the draw was not compiled")

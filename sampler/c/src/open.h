@@ -2,7 +2,9 @@
 
 RBT_API int rbt_open(const char *path, rbt_table **table)
 {
+    RBTI_NEED(table, RBT_ERR_MISSING);
     *table = NULL;
+    RBTI_NEED(path, RBT_ERR_MISSING);
     const int file = open(path, O_RDONLY | O_NONBLOCK); /* a pipe is not waited for */
     if (file < 0)
         return RBT_ERR_NOT_OPENED;
@@ -50,7 +52,9 @@ static int rbti_read_file(FILE *file, void **memory, char **image, size_t *size)
 
 RBT_API int rbt_open(const char *path, rbt_table **table)
 {
+    RBTI_NEED(table, RBT_ERR_MISSING);
     *table = NULL;
+    RBTI_NEED(path, RBT_ERR_MISSING);
 #ifdef RBTI_POSIX
     struct stat about; /* opening a pipe would wait */
     if (stat(path, &about) == 0 && !S_ISREG(about.st_mode))
@@ -134,11 +138,10 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_INDICES, "indices: a component, class, root or child lies beyond its "
          "array"},
 /* end texts */
-        {RBT_CLAMPED | RBT_EXTRAPOLATED, "outside the table, and at a speed at which its pair was not "
-         "measured"},
     };
+    const int lowest = code > 0 ? code & -code : code; /* of a sum of flags */
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
-        if (texts[k].code == code)
+        if (texts[k].code == lowest)
             return texts[k].text;
     return "unknown code";
 }
