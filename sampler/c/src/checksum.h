@@ -1,3 +1,5 @@
+#ifndef RBT_DEVICE_ONLY
+
 /* -- SHA-256 (FIPS 180-4) ---------------------------------------------------------------------- */
 
 RBTI_INLINE uint32_t rbti_rotated(uint32_t x, unsigned n)

@@ -88,7 +88,8 @@ RBTI_INLINE RBT_DEVICE int rbti_impact_status(const double velocity[3], const do
         return RBT_ERR_NOT_FINITE;
     if (normal[0] == 0.0 && normal[1] == 0.0 && normal[2] == 0.0)
         return RBT_ERR_NORMAL_NOT_USABLE;
-    return half_size < RBTI_LEAST_HALF_SIZE ? RBT_ERR_HALF_SIZE_NOT_POSITIVE : RBT_OK;
+    return half_size < RBT_LEAST_HALF_SIZE || half_size > RBT_MOST_HALF_SIZE ? RBT_ERR_HALF_SIZE
+                                                                             : RBT_OK;
 }
 
 /* Impact angle from the wall, rad, not positive if receding; and the tangential speed. */
@@ -164,72 +165,10 @@ RBTI_INLINE RBT_DEVICE void rbti_leave(const rbti_impact *impact, const double s
         velocity[k] += impact->wall[k];
 }
 
-/* Whether a rebound without angular velocity is a first impact, of any grain; else the particle meets
-   the wall as its own grain, with a spin of zeros. */
-RBTI_INLINE RBT_DEVICE int rbti_is_first(const rbt_table *table, const rbti_grains *grains)
+/* Add the works of a drawn state, J/kg; `works` may be NULL. */
+RBTI_INLINE RBT_DEVICE void rbti_add_works(const rbti_impact *impact, const double *state,
+                                           double *works)
 {
-    return !grains->given && (grains->fresh || table->spin.n_shapes == 0);
-}
-
-/* Draw `count` variables of a particle with one of these grains, in the frame of its impact. */
-RBTI_INLINE RBT_DEVICE int rbti_meet_and_draw(const rbt_table *table, const double velocity[3],
-                                              const double normal[3], double half_size,
-                                              const double *wall_velocity, const double *omega,
-                                              uint64_t seed, const rbti_grains *grains,
-                                              uint64_t index, uint32_t hit, int count,
-                                              rbti_impact *impact, double *values)
-{
-    double spin[3];
-    int code = rbti_meet(velocity, normal, half_size, wall_velocity, seed, index, hit, impact);
-    if (code == RBT_OK && omega)
-        code = rbti_to_spin(impact, omega, spin);
-    if (code != RBT_OK)
-        return code;
-    if (omega || !rbti_is_first(table, grains))
-        return rbti_spin_draw(table, impact->alpha1, impact->speed, omega ? spin : NULL, seed,
-                              grains, index, hit, count, values);
-    return rbti_first_draw(table, impact->alpha1, impact->speed, seed, grains->seed, index, hit,
-                           count, values);
-}
-
-/* rbt_rebound of a particle with one of these grains. */
-RBTI_INLINE RBT_DEVICE int rbti_rebound(const rbt_table *table, const double velocity[3],
-                                        const double normal[3], double half_size,
-                                        const double *wall_velocity, const double *omega,
-                                        uint64_t seed, const rbti_grains *grains, uint64_t index,
-                                        uint32_t hit, double new_velocity[3], double new_omega[3])
-{
-    rbti_impact impact;
-    double state[6];
-    const int code = rbti_meet_and_draw(table, velocity, normal, half_size, wall_velocity, omega,
-                                        seed, grains, index, hit, 6, &impact, state);
-    if (code >= RBT_OK)
-        rbti_leave(&impact, state, new_velocity, new_omega);
-    return code;
-}
-
-RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, const double velocity[3],
-                                   const double normal[3], double half_size,
-                                   const double wall_velocity[3], const double omega[3],
-                                   uint64_t seed, uint64_t index, uint32_t hit,
-                                   double new_velocity[3], double new_omega[3])
-{
-    const rbti_grains own = rbti_own_grains(table, seed);
-    return rbti_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, &own, index,
-                        hit, new_velocity, new_omega);
-}
-
-RBT_API RBT_DEVICE int rbt_works(const rbt_table *table, const double velocity[3],
-                                 const double normal[3], double half_size,
-                                 const double wall_velocity[3], const double omega[3],
-                                 uint64_t seed, uint64_t index, uint32_t hit, double works[2])
-{
-    const rbti_grains own = rbti_own_grains(table, seed);
-    rbti_impact impact;
-    double values[RBT_VALUES];
-    const int code = rbti_meet_and_draw(table, velocity, normal, half_size, wall_velocity, omega,
-                                        seed, &own, index, hit, RBT_VALUES, &impact, values);
-    for (int k = 0; code >= RBT_OK && k < 2; k++)
-        works[k] = 0.5 * impact.speed * impact.speed * values[8 + k];
-    return code;
+    for (int k = 0; k < 2 && works; k++)
+        works[k] += 0.5 * impact->speed * impact->speed * state[RBT_WORK_NORMAL + k];
 }

@@ -112,6 +112,22 @@ RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diam
     return sum;
 }
 
+RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double diameter,
+                                     double *tilt)
+{
+    if (!(rbti_finite(ra) && rbti_finite(rq) && rbti_finite(rsm) && rbti_finite(diameter)))
+        return RBT_ERR_NOT_FINITE;
+    if (ra < 0.0 || rq < 0.0 || rsm <= 0.0 || diameter <= 0.0)
+        return RBT_ERR_ROUGHNESS_NOT_USABLE;
+    const double flank = atan(2.0 * ra / rsm), found = diameter * sin(flank) < rsm
+                                                           ? flank
+                                                           : atan(2.0 * rq / rsm);
+    if (found > RBT_MOST_ROUGHNESS)
+        return RBT_ERR_ROUGHNESS_NOT_USABLE;
+    *tilt = found;
+    return RBT_OK;
+}
+
 RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double normal[3],
                                     double critical_speed, const double wall_velocity[3])
 {

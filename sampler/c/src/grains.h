@@ -1,3 +1,7 @@
+/* -- grains ---------------------------------------------------------------------------------------
+
+   A grain is a shape and the ratios b/a and c/b of its half-sizes, from random words of its own. */
+
 RBTI_INLINE RBT_DEVICE double rbti_horner(const double c[8], double x)
 {
     double sum = c[0];
@@ -68,15 +72,15 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_ratios(size_t m, const double law[4], cons
     }
 }
 
-/* Grains of the particles of a batch: given ones, or those of a seed. All bounces of one hit have the
-   same, though each has a seed of its own. */
+/* Grains of particles: given ones, or those of a seed. All bounces of one hit have the same, though each
+   has a seed of its own. */
 typedef struct rbti_grains {
     const double *given; /* 3 numbers a particle: shape code, b/a, c/b; NULL: grains of the seed */
     uint64_t seed;
     int fresh; /* whether a particle has another grain at each hit */
 } rbti_grains;
 
-/* Row of a shape among those of the law, or their number if it has no such shape. */
+/* Row of a shape among those of the law; n_shapes if none. */
 RBTI_INLINE RBT_DEVICE int32_t rbti_row_of_shape(const rbt_spin_law *law, double code)
 {
     int32_t row = 0;
@@ -85,7 +89,7 @@ RBTI_INLINE RBT_DEVICE int32_t rbti_row_of_shape(const rbt_spin_law *law, double
     return row;
 }
 
-/* Whether a given grain has a shape of the law, and ratios that are some. */
+/* Whether a given grain has a shape of the law, and ratios in range. */
 RBTI_INLINE RBT_DEVICE int rbti_grain_holds(const rbt_spin_law *law, const double grain[3])
 {
     const int ratios = grain[1] >= RBTI_LEAST_RATIO && grain[1] <= 1.0 &&
@@ -100,9 +104,10 @@ RBTI_INLINE RBT_DEVICE void rbti_take_grains(size_t m, const rbt_spin_law *law,
 {
     RBTI_EACH_DRAW(r) {
         const double *grain = given + 3 * (r < count ? r : count - 1);
-        shapes[r] = rbti_row_of_shape(law, grain[0]);
-        ratios[r] = grain[1];
-        ratios[m + r] = grain[2];
+        const int holds = rbti_grain_holds(law, grain); /* else the row has an error */
+        shapes[r] = holds ? rbti_row_of_shape(law, grain[0]) : 0;
+        ratios[r] = holds ? grain[1] : 1.0;
+        ratios[m + r] = holds ? grain[2] : 1.0;
     }
 }
 
@@ -132,4 +137,24 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_spin_law *law, 
             ratios[m + r] = law->shape_ratios[2 * row + 1];
         }
     }
+}
+
+RBT_API RBT_DEVICE int rbt_grains(const rbt_table *table, size_t n, uint64_t seed,
+                                  const uint64_t *index, const uint32_t *hit, double *grains)
+{
+    if (!table || !index || !grains)
+        return RBT_ERR_MISSING;
+    if (table->spin.n_shapes == 0)
+        return RBT_ERR_NO_SPIN_LAW;
+    for (size_t k = 0; k < n; k++) {
+        const uint32_t none = 0;
+        int32_t shape[RBTI_BLOCK];
+        double ratios[2 * RBTI_BLOCK];
+        rbti_fill_grains(1, &table->spin, seed, hit != NULL, index + k, hit ? hit + k : &none, 1,
+                         shape, ratios);
+        grains[3 * k] = (double)table->spin.shape_codes[shape[0]];
+        grains[3 * k + 1] = ratios[0];
+        grains[3 * k + 2] = ratios[1];
+    }
+    return RBT_OK;
 }

@@ -21,10 +21,11 @@
    was prefetched by the step before, so that the draws of a block wait for memory together.
    Number k of draw r of an array stands at k m + r. */
 
-#if defined(RBTI_GPU)
+#if defined(RBTI_GPU) || defined(RBT_DEVICE_ONLY)
 #define RBTI_BLOCK ((size_t)1) /* threads of a device draw one by one, with little memory each */
 #else
 #define RBTI_BLOCK ((size_t)32)
+#define RBTI_BLOCKS 1
 #endif
 #define RBTI_EACH_DRAW(r) for (size_t r = 0; r < m; r++)
 
@@ -41,24 +42,29 @@ typedef struct rbti_draws {
     double channels[RBTI_CHANNELS * RBTI_BLOCK];
 } rbti_draws;
 
-/* RBT_EXTRAPOLATED at a speed at which the pair was not measured, else 0. */
-RBTI_INLINE RBT_DEVICE int rbti_extrapolates(const rbt_table *table, double speed)
+/* Flags of a condition, without branches: one range for both laws. */
+RBTI_INLINE RBT_DEVICE int rbti_flags(const rbt_table *table, double alpha1, double speed)
 {
-    const int off = (speed < table->valid_speed[0]) | (speed > table->valid_speed[1]);
-    return off * RBT_EXTRAPOLATED;
+    const int angle = (alpha1 < table->alpha.low) | (alpha1 > table->alpha.high);
+    const int fast = (speed < table->speed.low) | (speed > table->speed.high);
+    const int far = (speed < table->valid_speed[0]) | (speed > table->valid_speed[1]);
+    return angle * RBT_ANGLE | fast * RBT_SPEED | far * RBT_EXTRAPOLATED;
 }
 
-RBTI_INLINE RBT_DEVICE int rbti_status(const rbt_table *table, double alpha1, double speed)
+/* Whether a condition is none, without branches; rbti_error says why. */
+RBTI_INLINE RBT_DEVICE int rbti_is_bad(double alpha1, double speed)
+{
+    const int bad = (alpha1 <= 0.0) | (alpha1 > RBTI_HALF_PI + RBTI_ROUNDING) | (speed <= 0.0);
+    return bad | (1 - rbti_finite(alpha1) * rbti_finite(speed));
+}
+
+RBTI_INLINE RBT_DEVICE int rbti_error(double alpha1, double speed)
 {
     if (!(rbti_finite(alpha1) && rbti_finite(speed)))
         return RBT_ERR_NOT_FINITE;
-    const int flags = rbti_extrapolates(table, speed);
-    if (alpha1 >= table->alpha.low && alpha1 <= table->alpha.high && speed >= table->speed.low &&
-        speed <= table->speed.high)
-        return flags;
     if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
         return RBT_ERR_NOT_APPROACHING;
-    return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_CLAMPED | flags;
+    return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_OK;
 }
 
 /* Uniform number in (0, 1) from a random word. */
@@ -340,6 +346,12 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_place(size_t m, const rbt_table *table, in
 #endif
 }
 
+/* Whether the table has a variable. */
+RBTI_INLINE RBT_DEVICE int rbti_has(const rbt_table *table, int variable)
+{
+    return table->held >> variable & 1u;
+}
+
 /* Channels to variables of the state, as tables/FORMAT.md gives them: the first six, or all ten, of
    `count` draws. */
 RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables,
@@ -347,9 +359,14 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
                                            double *states)
 {
     const double least = table->least_inertia;
-    const double *v = d->channels, *u_hat = v + m, *omega_z = v + 2 * m, *w_hat = v + 3 * m;
-    const double *omega_x = v + 4 * m, *omega_y = v + 5 * m;
-    const double *energy_hat = v + 6 * m, *collisions = v + 7 * m, *normal_hat = v + 8 * m;
+    const double *v = d->channels + RBTI_OF_V * m, *u_hat = d->channels + RBTI_OF_U_HAT * m;
+    const double *w_hat = d->channels + RBTI_OF_W_HAT * m;
+    const double *omega_x = d->channels + RBTI_OF_OMEGA_X * m;
+    const double *omega_y = d->channels + RBTI_OF_OMEGA_Y * m;
+    const double *omega_z = d->channels + RBTI_OF_OMEGA_Z * m;
+    const double *energy_hat = d->channels + RBTI_OF_ENERGY_HAT * m;
+    const double *collisions = d->channels + RBTI_OF_COLLISIONS * m;
+    const double *normal_hat = d->channels + RBTI_OF_NORMAL_HAT * m;
     double u[RBTI_BLOCK] RBTI_ALIGNED, w[RBTI_BLOCK] RBTI_ALIGNED, rest[RBTI_BLOCK] RBTI_ALIGNED;
     double normal[RBTI_BLOCK] RBTI_ALIGNED, left[RBTI_BLOCK] RBTI_ALIGNED;
     double shorter[RBTI_BLOCK] RBTI_ALIGNED;
@@ -370,17 +387,18 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
     }
     for (size_t r = 0; r < count; r++) {
         double *state = states + (size_t)variables * r;
-        state[0] = u[r];
-        state[1] = v[r];
-        state[2] = w[r];
-        state[3] = omega_x[r] * shorter[r];
-        state[4] = omega_y[r] * shorter[r];
-        state[5] = omega_z[r] * shorter[r];
+        state[RBT_U] = u[r];
+        state[RBT_V] = v[r];
+        state[RBT_W] = w[r];
+        state[RBT_OMEGA_X] = omega_x[r] * shorter[r];
+        state[RBT_OMEGA_Y] = omega_y[r] * shorter[r];
+        state[RBT_OMEGA_Z] = omega_z[r] * shorter[r];
         if (variables > 6) {
-            state[6] = energy_hat[r] * left[r];
-            state[7] = floor(collisions[r]);
-            state[8] = table->held >> 8 & 1u ? normal[r] : 0.0;
-            state[9] = table->held >> 9 & 1u ? (1.0 - energy_hat[r]) * left[r] : 0.0;
+            state[RBT_ROTATIONAL_ENERGY] = energy_hat[r] * left[r];
+            state[RBT_COLLISIONS] = floor(collisions[r]);
+            state[RBT_WORK_NORMAL] = rbti_has(table, RBT_WORK_NORMAL) ? normal[r] : 0.0;
+            state[RBT_WORK_SHEAR] =
+                rbti_has(table, RBT_WORK_SHEAR) ? (1.0 - energy_hat[r]) * left[r] : 0.0;
         }
     }
 }
@@ -409,30 +427,80 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
     rbti_to_states(m, count, variables, table, d, states);
 }
 
-#ifndef RBT_DEVICE_ONLY
-
-/* The same with a number of channels that the compiler knows, for the commonest tables. */
-RBTI_INLINE RBT_DEVICE void rbti_draw_block(size_t m, const rbt_table *table, uint64_t seed,
-                                            const uint64_t *index, const uint32_t *hit,
-                                            size_t count, int variables, rbti_draws *d,
-                                            double *states)
-{
-    if (table->n_channels == 6)
-        rbti_take_steps(m, table, 6, seed, index, hit, count, variables, d, states);
-    else
-        rbti_take_steps(m, table, table->n_channels, seed, index, hit, count, variables, d, states);
-}
-
-#endif
-
 /* One draw from a table with any number of channels. It stands apart because it needs memory on a
    device; where the compiler knows the number of channels, registers are enough. */
-RBTI_APART RBT_DEVICE void rbti_draw_any(const rbt_table *table, double alpha1, double speed,
-                                         uint64_t seed, uint64_t index, uint32_t hit,
-                                         int variables, double *state)
+RBTI_APART RBT_DEVICE void rbti_draw_channels(const rbt_table *table, double alpha1, double speed,
+                                              uint64_t seed, uint64_t index, uint32_t hit,
+                                              int variables, double *state)
 {
     rbti_draws draws;
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
     rbti_take_steps(1, table, table->n_channels, seed, &index, &hit, 1, variables, &draws, state);
 }
+
+/* One draw of the first six or of all variables. */
+RBTI_INLINE RBT_DEVICE void rbti_draw_node(const rbt_table *table, double alpha1, double speed,
+                                           uint64_t seed, uint64_t index, uint32_t hit,
+                                           int variables, double *state)
+{
+    if (table->n_channels != 6) {
+        double values[RBT_VALUES]; /* whose address is known elsewhere, is in no register */
+        rbti_draw_channels(table, alpha1, speed, seed, index, hit, variables, values);
+        for (int k = 0; k < variables; k++)
+            state[k] = values[k];
+        return;
+    }
+    rbti_draws draws;
+    draws.alpha1[0] = alpha1;
+    draws.speed[0] = speed;
+    rbti_take_steps(1, table, 6, seed, &index, &hit, 1, variables, &draws, state);
+}
+
+#ifdef RBTI_BLOCKS
+
+/* Conditions of a block of rows from one on, and their codes. Where a row has an error, a condition of
+   the table stands in, so that all can be drawn. */
+RBTI_INLINE void rbti_take_conditions(const rbt_table *table, const rbt_conditions *given,
+                                      size_t first, size_t count, rbti_draws *d, int *codes)
+{
+    const size_t m = RBTI_BLOCK;
+    int bad = 0;
+    RBTI_EACH_DRAW(r) {
+        const size_t k = first + (r < count ? r : count - 1);
+        d->alpha1[r] = given->alpha1[k];
+        d->speed[r] = given->speed[k];
+    }
+    RBTI_EACH_DRAW(r) {
+        codes[r] = rbti_flags(table, d->alpha1[r], d->speed[r]);
+        bad |= rbti_is_bad(d->alpha1[r], d->speed[r]);
+    }
+    for (size_t r = 0; r < m && bad; r++) {
+        const int error = rbti_error(d->alpha1[r], d->speed[r]);
+        if (error < RBT_OK) {
+            codes[r] = error;
+            d->alpha1[r] = table->alpha.first;
+            d->speed[r] = table->speed.first;
+        }
+    }
+}
+
+/* Draws of a block of rows, and their codes; without `states` the codes alone. */
+RBTI_CLONES
+static void rbti_draw_nodes(const rbt_table *table, const rbt_conditions *given, size_t first,
+                            size_t count, uint64_t seed, int variables, double *states, int *codes)
+{
+    rbti_draws draws RBTI_ALIGNED;
+    const uint64_t *index = given->index + first;
+    const uint32_t *hit = given->hit + first;
+    rbti_take_conditions(table, given, first, count, &draws, codes);
+    if (!states)
+        return;
+    if (table->n_channels == 6)
+        rbti_take_steps(RBTI_BLOCK, table, 6, seed, index, hit, count, variables, &draws, states);
+    else
+        rbti_take_steps(RBTI_BLOCK, table, table->n_channels, seed, index, hit, count, variables,
+                        &draws, states);
+}
+
+#endif

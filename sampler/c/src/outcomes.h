@@ -70,9 +70,10 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t o
     for (size_t k = 0; k < RBT_VALUES; k++) { /* a number that compilers know */
         if (k >= width)
             break;
-        const size_t row = k < 6 ? k : k - 2; /* 6 and 7 are not of this law */
-        const int known = k < 6 || (k > 7 && outcomes == RBTI_MOST_OUTCOMES);
-        const int held = known && (table->held >> k & 1u);
+        const int is_work = k >= RBT_WORK_NORMAL;
+        const size_t row = is_work ? 6 + (k - RBT_WORK_NORMAL) : k;
+        const int known = k <= RBT_OMEGA_Z || (is_work && outcomes == RBTI_MOST_OUTCOMES);
+        const int held = known && rbti_has(table, (int)k);
         for (size_t r = 0; r < count; r++)
             states[width * r + k] = held ? values[row * m + r] : 0.0;
     }
@@ -109,10 +110,10 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
 }
 
 /* The same with the number of outcomes of the law, which the compiler knows. */
-RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, uint64_t seed,
-                                            const rbti_grains *grains, const uint64_t *index,
-                                            const uint32_t *hit, size_t count, int variables,
-                                            rbti_spin_draws *d, double *states)
+RBTI_INLINE RBT_DEVICE void rbti_take_spin_steps(size_t m, const rbt_table *table, uint64_t seed,
+                                                 const rbti_grains *grains, const uint64_t *index,
+                                                 const uint32_t *hit, size_t count, int variables,
+                                                 rbti_spin_draws *d, double *states)
 {
     if (table->spin.n_outcomes == RBTI_OUTCOMES)
         rbti_spin_steps(m, RBTI_OUTCOMES, table, seed, grains, index, hit, count, variables, d,
@@ -122,68 +123,67 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_block(size_t m, const rbt_table *table, ui
                         states);
 }
 
-/* Grains of the keys of a table. */
-RBTI_INLINE RBT_DEVICE rbti_grains rbti_own_grains(const rbt_table *table, uint64_t seed)
+/* One draw of the first six or of all variables. */
+RBTI_APART RBT_DEVICE void rbti_draw_spin(const rbt_table *table, double alpha1, double speed,
+                                          const double spin[3], uint64_t seed,
+                                          const rbti_grains *grains, uint64_t index, uint32_t hit,
+                                          int variables, double *state)
 {
-    const rbti_grains own = {NULL, seed, table->spin.fresh_grains};
-    return own;
-}
-
-RBTI_APART_CLONES RBT_DEVICE int rbti_spin_draw(const rbt_table *table, double alpha1,
-                                                double speed, const double *given_spin,
-                                                uint64_t seed, const rbti_grains *grains,
-                                                uint64_t index, uint32_t hit, int variables,
-                                                double *state)
-{
-    const double none[3] = {0.0, 0.0, 0.0}, *spin = given_spin ? given_spin : none;
-    const int status = rbti_spin_status(table, alpha1, speed, spin[0], spin[1], spin[2]);
-    if (status < RBT_OK)
-        return status;
-    if (grains->given && !rbti_grain_holds(&table->spin, grains->given))
-        return RBT_ERR_GRAIN_NOT_KNOWN;
-    if (table->spheres) {
-        rbti_sphere_state(table, alpha1, speed, spin, variables, state);
-        return status;
-    }
     rbti_spin_draws draws;
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
     memcpy(draws.spin, spin, 3 * sizeof *spin);
-    rbti_spin_block(1, table, seed, grains, &index, &hit, 1, variables, &draws, state);
-    return status;
+    rbti_take_spin_steps(1, table, seed, grains, &index, &hit, 1, variables, &draws, state);
 }
 
-RBTI_INLINE RBT_DEVICE int rbti_grain(const rbt_table *table, uint64_t seed, int fresh,
-                                      uint64_t index, uint32_t hit, double grain[3])
+#ifdef RBTI_BLOCKS
+
+/* As rbti_take_conditions; spin and given grains may be NULL. */
+RBTI_INLINE void rbti_take_spin_conditions(const rbt_table *table, const rbt_conditions *given,
+                                           size_t first, size_t count, rbti_spin_draws *d,
+                                           int *codes)
 {
-    int32_t shape[RBTI_BLOCK];
-    double ratios[2 * RBTI_BLOCK];
-    if (table->spin.n_shapes == 0)
-        return RBT_ERR_NO_SPIN_LAW;
-    rbti_fill_grains(1, &table->spin, seed, fresh, &index, &hit, 1, shape, ratios);
-    grain[0] = (double)table->spin.shape_codes[shape[0]];
-    grain[1] = ratios[0];
-    grain[2] = ratios[1];
-    return RBT_OK;
+    const size_t m = RBTI_BLOCK;
+    const double none[3] = {0.0, 0.0, 0.0};
+    double *x = d->spin, *y = x + m, *z = y + m;
+    int bad = table->spin.n_shapes == 0 || given->grain;
+    RBTI_EACH_DRAW(r) {
+        const size_t k = first + (r < count ? r : count - 1);
+        const double *spin = given->spin ? given->spin + 3 * k : none;
+        d->alpha1[r] = given->alpha1[k];
+        d->speed[r] = given->speed[k];
+        x[r] = spin[0];
+        y[r] = spin[1];
+        z[r] = spin[2];
+    }
+    RBTI_EACH_DRAW(r) {
+        codes[r] = rbti_spin_flags(table, d->alpha1[r], d->speed[r], x[r], y[r], z[r]);
+        bad |= rbti_spin_is_bad(d->alpha1[r], d->speed[r], x[r], y[r], z[r]);
+    }
+    for (size_t r = 0; r < m && bad; r++) {
+        const size_t k = first + (r < count ? r : count - 1);
+        const int error = rbti_spin_error(table, d->alpha1[r], d->speed[r], x[r], y[r], z[r],
+                                          given->grain ? given->grain + 3 * k : NULL);
+        if (error < RBT_OK) {
+            codes[r] = error;
+            d->alpha1[r] = table->alpha.first;
+            d->speed[r] = table->speed.first;
+            x[r] = y[r] = z[r] = 0.0;
+        }
+    }
 }
 
-RBT_API RBT_DEVICE int rbt_grain(const rbt_table *table, uint64_t seed, uint64_t index,
-                                 uint32_t hit, double grain[3])
+/* Draws of a block of rows, and their codes; without `states` the codes alone. */
+RBTI_CLONES
+static void rbti_draw_spins(const rbt_table *table, const rbt_conditions *given, size_t first,
+                            size_t count, uint64_t seed, int variables, double *states, int *codes)
 {
-    return rbti_grain(table, seed, table->spin.fresh_grains, index, hit, grain);
+    const rbti_grains grains = {given->grain ? given->grain + 3 * first : NULL, seed, given->fresh};
+    rbti_spin_draws draws RBTI_ALIGNED;
+    rbti_take_spin_conditions(table, given, first, count, &draws, codes);
+    if (states)
+        rbti_take_spin_steps(RBTI_BLOCK, table, seed, &grains, given->index + first,
+                             given->hit + first, count, variables, &draws, states);
 }
 
-RBT_API RBT_DEVICE int rbt_fresh_grain(const rbt_table *table, uint64_t seed, uint64_t index,
-                                       uint32_t hit, double grain[3])
-{
-    return rbti_grain(table, seed, 1, index, hit, grain);
-}
-
-RBT_API RBT_DEVICE int rbt_grains_batch(const rbt_table *table, size_t n, uint64_t seed,
-                                        const uint64_t *index, double *grains)
-{
-    int code = RBT_OK;
-    for (size_t k = 0; k < n && code == RBT_OK; k++)
-        code = rbt_grain(table, seed, index[k], 0, grains + 3 * k);
-    return code;
-}
+#endif

@@ -36,7 +36,7 @@ extern "C" {
 
 #if defined(__GNUC__)
 #define RBTI_INLINE static inline __attribute__((always_inline))
-#define RBTI_APART static __attribute__((noinline)) /* its memory is no other function's burden */
+#define RBTI_APART static __attribute__((noinline)) /* keeps its stack frame out of callers */
 #define RBTI_ALIGNED __attribute__((aligned(64)))
 #elif defined(RBTI_GPU)
 #define RBTI_INLINE static __forceinline__
@@ -48,24 +48,21 @@ extern "C" {
 #define RBTI_ALIGNED
 #endif
 
-/* Versions of a function for processors with wide vectors; the loader takes the one for the processor
-   at hand: batches take half the time, whatever flags the program is compiled with. */
+/* Two versions of a function, the one for processors with AVX2; the loader takes the one for the
+   processor at hand: batches take half the time, whatever flags the program is compiled with. A third
+   for AVX-512 was no faster. */
 #if !defined(RBT_NO_CLONES) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) &&  \
     !defined(RBTI_GPU) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #if defined(__clang__) && __clang_major__ >= 18
-#define RBTI_CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
-#define RBTI_APART_CLONES RBTI_CLONES static /* clang inlines none anyway */
+#define RBTI_CLONES __attribute__((target_clones("avx2", "default")))
 #elif !defined(__clang__) && defined(__GNUC__) && __GNUC__ >= 12
 #define RBTI_CLONES                                                                                \
     __attribute__((optimize("O3", "fp-contract=off"),                                              \
-                   target_clones("arch=x86-64-v4", "avx2", "default")))
+                   target_clones("avx2", "default")))
 #endif
 #endif
 #ifndef RBTI_CLONES
 #define RBTI_CLONES
-#endif
-#ifndef RBTI_APART_CLONES
-#define RBTI_APART_CLONES RBTI_CLONES RBTI_APART
 #endif
 
 #if defined(__GNUC__) && !defined(RBTI_GPU)
@@ -81,8 +78,7 @@ extern "C" {
 #define RBTI_ROUNDING 1e-12
 #define RBTI_UNIT (1.0f / 4096.0f) /* of the numbers of a record */
 #define RBTI_NORMAL_IMPACT 1e-12
-#define RBTI_LEAST_HALF_SIZE 1e-30 /* m, and m/s: beyond them squares and quotients overflow */
-#define RBTI_LEAST_SPEED 1e-150
+#define RBTI_LEAST_SPEED 1e-150 /* m/s: the square of a smaller one is no number */
 
 /* numbers of the spin law, from sampler/formats/bounds.py */
 /* begin spin */
@@ -106,6 +102,15 @@ extern "C" {
 /* end spin */
 #define RBTI_LOG2_E 1.4426950408889634f
 #define RBTI_SIMULATION_KEY 0x53494d554c415445u
+
+/* NaN, as compiler flags that know none leave it. */
+RBTI_INLINE RBT_DEVICE double rbti_nan(void)
+{
+    const uint64_t bits = 0x7ff8000000000000u;
+    double nan;
+    memcpy(&nan, &bits, sizeof nan);
+    return nan;
+}
 
 /* Not isfinite(), which some compiler flags remove. */
 RBTI_INLINE RBT_DEVICE int rbti_finite(double x)

@@ -1,167 +1,171 @@
-#ifndef RBT_DEVICE_ONLY
+/* -- rebounds -------------------------------------------------------------------------------------
 
-/* -- batches of rebounds ------------------------------------------------------------------------- */
+   A row meets the wall, or the first facet of a rough one, in the frame of the impact; its state is
+   drawn, by itself or in a block; it leaves, after further bounces where it needs them. */
 
-/* Impacts of a block of rows: with facets, where walls are rough. */
-typedef struct rbti_rows {
-    rbti_impact met[RBTI_BLOCK];
-    rbti_cascade cascades[RBTI_BLOCK];
-    int rough[RBTI_BLOCK];
-    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], states[6 * RBTI_BLOCK];
-} rbti_rows;
+/* Impact of a row on a wall, or on the first facet of a rough one. */
+typedef struct rbti_hit {
+    rbti_impact met;
+    rbti_cascade facets; /* of a rough wall */
+    int rough;
+    double spin[3];
+} rbti_hit;
 
-/* Grains of some impacts from row k on. */
-RBTI_INLINE rbti_grains rbti_grains_of(const rbt_table *table, const rbt_impacts *impacts, size_t k,
-                                       uint64_t seed)
+/* Row k of an array of vectors that may be NULL. */
+RBTI_INLINE RBT_DEVICE const double *rbti_vector_of(const double *vectors, size_t k)
 {
-    const rbti_grains grains = {impacts->grain ? impacts->grain + 3 * k : NULL, seed,
-                                impacts->fresh_grains || table->spin.fresh_grains};
-    return grains;
+    return vectors ? vectors + 3 * k : NULL;
 }
 
-/* Impact of row k on the wall, or on the first facet, as row r of a block. */
-static int rbti_meet_row(const rbt_impacts *impacts, size_t k, uint64_t seed, size_t r,
-                         rbti_rows *rows)
+/* Whether impacts are drawn from the spin law, not from that of first impacts. */
+RBTI_INLINE RBT_DEVICE int rbti_spins(const rbt_impacts *impacts)
+{
+    return !impacts->fresh || impacts->omega || impacts->grain;
+}
+
+/* Impact of row k: RBT_OK or an error. */
+RBTI_INLINE RBT_DEVICE int rbti_begin_row(const rbt_impacts *impacts, size_t k, uint64_t seed,
+                                          rbti_hit *of)
 {
     const double *velocity = impacts->velocity + 3 * k, *normal = impacts->normal + 3 * k;
-    const double *wall = impacts->wall_velocity ? impacts->wall_velocity + 3 * k : NULL;
-    const double *omega = impacts->omega ? impacts->omega + 3 * k : NULL;
+    const double *wall = rbti_vector_of(impacts->wall_velocity, k);
+    const double *omega = rbti_vector_of(impacts->omega, k);
     const double half_size = impacts->half_size[k];
     const double roughness = impacts->roughness ? impacts->roughness[k] : 0.0;
     const uint64_t index = impacts->index[k];
     const uint32_t hit = impacts->hit[k];
-    rbti_impact *met = &rows->met[r];
     int code;
-    rows->rough[r] = rbti_is_rough(roughness);
-    if (rows->rough[r]) {
-        rbti_cascade *c = &rows->cascades[r];
+    of->rough = !rbti_finite(roughness) || roughness != 0.0;
+    if (of->rough) {
         double facet[3];
-        code = rbti_begin(velocity, normal, half_size, wall, roughness, impacts->isotropic, omega, c);
+        code = rbti_begin(velocity, normal, half_size, wall, roughness, impacts->isotropic,
+                          omega, &of->facets);
         if (code == RBT_OK)
-            code = rbti_meet_facet(c, seed, index, hit, facet);
+            code = rbti_meet_facet(&of->facets, seed, index, hit, facet);
         if (code == RBT_OK)
-            code = rbti_meet(c->moving, facet, half_size, NULL, seed, index, hit, met);
+            code = rbti_meet(of->facets.moving, facet, half_size, NULL, seed, index, hit, &of->met);
     } else {
-        code = rbti_meet(velocity, normal, half_size, wall, seed, index, hit, met);
+        code = rbti_meet(velocity, normal, half_size, wall, seed, index, hit, &of->met);
     }
-    for (int j = 0; j < 3; j++)
-        rows->spin[3 * r + (size_t)j] = 0.0;
-    if (code == RBT_OK && omega)
-        code = rbti_to_spin(met, omega, rows->spin + 3 * r);
-    if (code == RBT_OK) {
-        rows->alpha1[r] = met->alpha1;
-        rows->speed[r] = met->speed;
-    }
-    return code;
+    of->spin[0] = of->spin[1] = of->spin[2] = 0.0;
+    return code == RBT_OK && omega ? rbti_to_spin(&of->met, omega, of->spin) : code;
 }
 
-/* Flags of the first impact of a row that was drawn. */
-static int rbti_row_status(const rbt_table *table, const rbti_rows *rows, int spins, size_t r)
+/* Results of row k from its drawn state and the code of that; NaN where there is an error. */
+RBTI_INLINE RBT_DEVICE int rbti_end_row(const rbt_table *table, const rbt_impacts *impacts, size_t k,
+                                        uint64_t seed, rbti_hit *of, const double *state, int code,
+                                        const rbt_rebounds *out)
 {
-    const double *spin = rows->spin + 3 * r;
-    if (spins)
-        return rbti_spin_status(table, rows->alpha1[r], rows->speed[r], spin[0], spin[1], spin[2]);
-    return rbti_status(table, rows->alpha1[r], rows->speed[r]);
-}
-
-/* Write row r of a block as row k, after further bounces where it needs them. */
-static int rbti_leave_row(const rbt_table *table, const rbt_impacts *impacts, size_t k,
-                          uint64_t seed, size_t r, rbti_rows *rows, double *velocity,
-                          double *omega)
-{
-    const double *state = rows->states + 6 * r;
-    if (!rows->rough[r]) {
-        rbti_leave(&rows->met[r], state, velocity, omega);
-        return RBT_OK;
+    double velocity[3], omega[3], works[2] = {0.0, 0.0}, *work = out->works ? works : NULL;
+    if (code >= RBT_OK) {
+        rbti_leave(&of->met, state, velocity, omega);
+        rbti_add_works(&of->met, state, work);
     }
-    rbti_cascade *c = &rows->cascades[r];
-    int code = RBT_OK;
-    rbti_leave(&rows->met[r], state, c->moving, c->turning);
-    if (!rbti_has_left(c)) {
-        const rbti_grains grains = rbti_grains_of(table, impacts, k, seed);
-        code = rbti_bounces(table, c, 1, table->spin.n_shapes == 0, seed, &grains,
-                            impacts->index[k], impacts->hit[k]);
-    }
-    if (code >= RBT_OK)
-        rbti_end(c, velocity, omega);
-    return code;
-}
-
-/* Rebounds of a block of rows from one on: how many, and the code of the one behind them. */
-static size_t rbti_rebound_block(const rbt_table *table, size_t first, size_t most,
-                                 const rbt_impacts *impacts, uint64_t seed, rbti_rows *rows,
-                                 double *new_velocity, double *new_omega, int *code,
-                                 rbt_report *report)
-{
-    const rbti_grains grains = rbti_grains_of(table, impacts, first, seed);
-    const int spins = impacts->omega || !rbti_is_first(table, &grains);
-    const rbti_output out = {rows->states, NULL, NULL, 6, 6};
-    const rbt_conditions drawn_at = {rows->alpha1,
-                                     rows->speed,
-                                     spins ? rows->spin : NULL,
-                                     impacts->grain ? impacts->grain + 3 * first : NULL,
-                                     impacts->index + first,
-                                     impacts->hit + first,
-                                     impacts->fresh_grains};
-    rbt_report part;
-    size_t count = 0, r = 0;
-    while (count < most && *code == RBT_OK) {
-        *code = rbti_meet_row(impacts, first + count, seed, count, rows);
-        count += *code == RBT_OK;
-    }
-    const int drawn = rbti_sample_rows(table, count, &drawn_at, seed, &out, &part);
-    *code = drawn < RBT_OK ? drawn : *code;
-    for (; r < part.row; r++) {
-        const size_t k = first + r;
-        const int status = part.clamped + part.extrapolated > 0
-                               ? rbti_row_status(table, rows, spins || table->spin.for_first, r)
-                               : RBT_OK;
-        const int left = rbti_leave_row(table, impacts, k, seed, r, rows, new_velocity + 3 * k,
-                                        new_omega + 3 * k);
-        if (left < RBT_OK) {
-            *code = left;
-            break;
+    if (code >= RBT_OK && of->rough) {
+        rbti_cascade *c = &of->facets;
+        memcpy(c->moving, velocity, sizeof velocity);
+        memcpy(c->turning, omega, sizeof omega);
+        if (!rbti_has_left(c)) {
+            const rbti_grains grains = {rbti_vector_of(impacts->grain, k), seed, impacts->fresh};
+            const int on = rbti_bounce_on(table, c, seed, &grains, impacts->index[k],
+                                          impacts->hit[k], work);
+            code = on < RBT_OK ? on : code | on;
         }
-        rbti_count_flags(status | left, k, report);
+        rbti_end(c, velocity, omega);
     }
-    return r;
-}
-
-/* A batch of one, which many trackers have: no block is filled for it. */
-static int rbti_rebound_row(const rbt_table *table, const rbt_impacts *impacts, uint64_t seed,
-                            double *new_velocity, double *new_omega, rbt_report *report)
-{
-    const rbti_grains grains = rbti_grains_of(table, impacts, 0, seed);
-    const int code = rbti_any_rebound(table, impacts->velocity, impacts->normal,
-                                      impacts->half_size[0], impacts->wall_velocity,
-                                      impacts->roughness ? impacts->roughness[0] : 0.0,
-                                      impacts->isotropic, impacts->omega, seed, &grains,
-                                      impacts->index[0], impacts->hit[0], new_velocity, new_omega);
-    if (report) {
-        const rbt_report none = {code >= RBT_OK, 1, 0, 0, 1};
-        *report = none;
-        rbti_count_flags(code < RBT_OK ? RBT_OK : code, 0, report);
+    const double nan = rbti_nan();
+    for (size_t c = 0; c < 3; c++) {
+        if (out->velocity)
+            out->velocity[3 * k + c] = code < RBT_OK ? nan : velocity[c];
+        if (out->omega)
+            out->omega[3 * k + c] = code < RBT_OK ? nan : omega[c];
+        if (out->works && c < 2)
+            out->works[2 * k + c] = code < RBT_OK ? nan : works[c];
     }
     return code;
 }
 
-RBT_API int rbt_rebound_batch(const rbt_table *table, size_t n, const rbt_impacts *impacts,
-                              uint64_t seed, double *new_velocity, double *new_omega,
-                              rbt_report *report)
+/* Rebound row k by itself: its code. */
+RBTI_INLINE RBT_DEVICE int rbti_rebound_row(const rbt_table *table, const rbt_impacts *impacts,
+                                            size_t k, uint64_t seed, const rbt_rebounds *out)
 {
-    rbti_rows rows;
-    rbt_report found = {n, n, 0, 0, n};
-    int code = RBT_OK;
-    if (n == 1)
-        return rbti_rebound_row(table, impacts, seed, new_velocity, new_omega, report);
-    for (size_t first = 0; first < n && code == RBT_OK; first += RBTI_BLOCK) {
-        const size_t most = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
-        const size_t done = rbti_rebound_block(table, first, most, impacts, seed, &rows,
-                                               new_velocity, new_omega, &code, &found);
-        if (code != RBT_OK)
-            found.row = first + done;
+    const rbti_grains grains = {rbti_vector_of(impacts->grain, k), seed, impacts->fresh};
+    const int spins = rbti_spins(impacts);
+    rbti_hit of;
+    double state[RBT_VALUES];
+    int code = rbti_begin_row(impacts, k, seed, &of);
+    if (code == RBT_OK)
+        code = rbti_draw_one(table, of.met.alpha1, of.met.speed, spins ? of.spin : NULL, seed,
+                             &grains, impacts->index[k], impacts->hit[k], spins,
+                             out->works ? RBT_VALUES : 6, state);
+    return rbti_end_row(table, impacts, k, seed, &of, state, code, out);
+}
+
+#ifdef RBTI_BLOCKS
+
+/* Rebound a block of rows from one on: their codes. */
+static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts, size_t first,
+                              size_t count, uint64_t seed, const rbt_rebounds *out, int *codes)
+{
+    rbti_hit hits[RBTI_BLOCK];
+    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK];
+    double states[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;
+    int met[RBTI_BLOCK];
+    const int spins = rbti_spins(impacts), variables = out->works ? RBT_VALUES : 6;
+    rbt_conditions given = {alpha1, speed, spins ? spin : NULL, NULL, NULL, NULL, impacts->fresh};
+    given.grain = rbti_vector_of(impacts->grain, first);
+    given.index = impacts->index + first;
+    given.hit = impacts->hit + first;
+    for (size_t r = 0; r < count; r++) {
+        met[r] = rbti_begin_row(impacts, first + r, seed, &hits[r]);
+        alpha1[r] = met[r] == RBT_OK ? hits[r].met.alpha1 : RBTI_HALF_PI;
+        speed[r] = met[r] == RBT_OK ? hits[r].met.speed : 1.0;
+        memcpy(spin + 3 * r, hits[r].spin, sizeof hits[r].spin);
     }
-    if (report)
-        *report = found;
-    return rbti_batch_code(code, &found);
+    rbti_draw_rows(table, &given, 0, count, seed, variables, states, codes);
+    for (size_t r = 0; r < count; r++)
+        codes[r] = rbti_end_row(table, impacts, first + r, seed, &hits[r],
+                                states + (size_t)variables * r, met[r] < RBT_OK ? met[r] : codes[r],
+                                out);
+}
+
+#endif
+
+/* Count a row in what was found. */
+RBTI_INLINE RBT_DEVICE void rbti_report(int code, size_t row, rbt_rebounds *out)
+{
+    if (code < RBT_OK && out->bad++ == 0)
+        out->first_bad = row;
+    for (int k = 0; k < 4 && code > RBT_OK; k++)
+        out->flagged[k] += (size_t)(code >> k & 1);
+    if (out->codes)
+        out->codes[row] = code;
+}
+
+RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, size_t n, const rbt_impacts *impacts,
+                                   uint64_t seed, rbt_rebounds *rebounds)
+{
+    const rbt_impacts *of = impacts;
+    if (!table || !of || !rebounds || !of->velocity || !of->normal || !of->half_size ||
+        !of->index || !of->hit)
+        return RBT_ERR_MISSING;
+    rbti_tally tally = {RBT_OK, RBT_OK};
+    rebounds->bad = 0;
+    rebounds->first_bad = n;
+    memset(rebounds->flagged, 0, sizeof rebounds->flagged);
+    for (size_t first = 0, count = 0; first < n; first += count) {
+        int codes[RBTI_BLOCK];
+        count = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
+#ifdef RBTI_BLOCKS
+        if (count > 1)
+            rbti_rebound_rows(table, of, first, count, seed, rebounds, codes);
+        else
+#endif
+            codes[0] = rbti_rebound_row(table, of, first, seed, rebounds);
+        for (size_t r = 0; r < count; r++) {
+            rbti_count(&tally, codes[r]);
+            rbti_report(codes[r], first + r, rebounds);
+        }
+    }
+    return rbti_result(&tally);
 }

@@ -22,22 +22,6 @@
 #define RBTI_PER_ROOT_TWO_PI 0.3989422804014327
 #define RBTI_PER_ROOT_TWO 0.7071067811865476
 
-RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double diameter,
-                                     double *tilt)
-{
-    if (!(rbti_finite(ra) && rbti_finite(rq) && rbti_finite(rsm) && rbti_finite(diameter)))
-        return RBT_ERR_NOT_FINITE;
-    if (ra < 0.0 || rq < 0.0 || rsm <= 0.0 || diameter <= 0.0)
-        return RBT_ERR_ROUGHNESS_NOT_USABLE;
-    const double flank = atan(2.0 * ra / rsm), found = diameter * sin(flank) < rsm
-                                                           ? flank
-                                                           : atan(2.0 * rq / rsm);
-    if (found > RBT_MOST_ROUGHNESS)
-        return RBT_ERR_ROUGHNESS_NOT_USABLE;
-    *tilt = found;
-    return RBT_OK;
-}
-
 RBTI_INLINE RBT_DEVICE double rbti_normal_cdf(double x)
 {
     return 0.5 * erfc(-x * RBTI_PER_ROOT_TWO);
@@ -159,32 +143,6 @@ RBTI_INLINE RBT_DEVICE int rbti_has_left(const rbti_cascade *c)
     return rbti_dot(c->moving, c->e_y) > 0.0;
 }
 
-/* Bounces from a number on until the particle leaves, each with random numbers of its own; the first
-   is a first impact if `any`, later ones have the spin that the one before has left, if there is a
-   law for it. */
-RBTI_APART RBT_DEVICE int rbti_bounces(const rbt_table *table, rbti_cascade *c, uint32_t bounce,
-                                       int any, uint64_t seed, const rbti_grains *grains,
-                                       uint64_t index, uint32_t hit)
-{
-    int flags = RBT_OK;
-    for (; bounce < RBTI_MAX_BOUNCES; bounce++) {
-        const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
-        double facet[3];
-        int code = rbti_meet_facet(c, key, index, hit, facet);
-        if (code == RBT_OK)
-            code = rbti_rebound(table, c->moving, facet, c->half_size, NULL,
-                                any ? NULL : c->turning, key, grains, index, hit, c->moving,
-                                c->turning);
-        if (code < RBT_OK)
-            return code;
-        any = any && table->spin.n_shapes == 0;
-        flags |= code;
-        if (rbti_has_left(c))
-            return flags;
-    }
-    return RBT_ERR_CASCADE_NOT_ENDED;
-}
-
 /* Velocity and angular velocity after a cascade, in the lab frame. */
 RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], double omega[3])
 {
@@ -194,56 +152,33 @@ RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], 
     }
 }
 
-/* Whether a wall has facets; NaN is refused later. */
-RBTI_INLINE RBT_DEVICE int rbti_is_rough(double roughness)
+/* Bounces behind the first one until the particle leaves, each with random numbers of its own, and
+   where there is a law for it with the spin that the one before has left. Adds their works. */
+RBTI_APART RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c, uint64_t seed,
+                                         const rbti_grains *grains, uint64_t index, uint32_t hit,
+                                         double *works)
 {
-    return !rbti_finite(roughness) || roughness != 0.0;
-}
-
-/* rbt_rough_rebound of a particle with one of these grains. */
-RBTI_INLINE RBT_DEVICE int rbti_any_rebound(const rbt_table *table, const double velocity[3],
-                                            const double normal[3], double half_size,
-                                            const double *wall_velocity, double roughness,
-                                            int isotropic, const double *omega, uint64_t seed,
-                                            const rbti_grains *grains, uint64_t index,
-                                            uint32_t hit, double new_velocity[3],
-                                            double new_omega[3])
-{
-    if (!rbti_is_rough(roughness))
-        return rbti_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, grains,
-                            index, hit, new_velocity, new_omega);
-    rbti_cascade c;
-    int code =
-        rbti_begin(velocity, normal, half_size, wall_velocity, roughness, isotropic, omega, &c);
-    if (code == RBT_OK)
-        code = rbti_bounces(table, &c, 0, !omega && rbti_is_first(table, grains), seed, grains,
-                            index, hit);
-    if (code >= RBT_OK)
-        rbti_end(&c, new_velocity, new_omega);
-    return code;
-}
-
-RBT_API RBT_DEVICE int rbt_rough_rebound(const rbt_table *table, const double velocity[3],
-                                         const double normal[3], double half_size,
-                                         const double wall_velocity[3], double roughness,
-                                         const double omega[3], uint64_t seed, uint64_t index,
-                                         uint32_t hit, double new_velocity[3],
-                                         double new_omega[3])
-{
-    return rbt_rebound_grain(table, velocity, normal, half_size, wall_velocity, roughness, 0, omega,
-                             NULL, seed, index, hit, new_velocity, new_omega);
-}
-
-RBT_API RBT_DEVICE int rbt_rebound_grain(const rbt_table *table, const double velocity[3],
-                                         const double normal[3], double half_size,
-                                         const double wall_velocity[3], double roughness,
-                                         int isotropic, const double omega[3],
-                                         const double grain[3], uint64_t seed, uint64_t index,
-                                         uint32_t hit, double new_velocity[3],
-                                         double new_omega[3])
-{
-    rbti_grains grains = rbti_own_grains(table, seed);
-    grains.given = grain;
-    return rbti_any_rebound(table, velocity, normal, half_size, wall_velocity, roughness, isotropic,
-                            omega, seed, &grains, index, hit, new_velocity, new_omega);
+    const int spins = table->spin.n_shapes > 0;
+    int flags = RBT_OK;
+    for (uint32_t bounce = 1; bounce < RBTI_MAX_BOUNCES; bounce++) {
+        const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
+        double facet[3], spin[3], state[RBT_VALUES];
+        rbti_impact met;
+        int code = rbti_meet_facet(c, key, index, hit, facet);
+        if (code == RBT_OK)
+            code = rbti_meet(c->moving, facet, c->half_size, NULL, key, index, hit, &met);
+        if (code == RBT_OK)
+            code = rbti_to_spin(&met, c->turning, spin);
+        if (code == RBT_OK)
+            code = rbti_draw_one(table, met.alpha1, met.speed, spins ? spin : NULL, key, grains,
+                                 index, hit, spins, works ? RBT_VALUES : 6, state);
+        if (code < RBT_OK)
+            return code;
+        rbti_leave(&met, state, c->moving, c->turning);
+        rbti_add_works(&met, state, works);
+        flags |= code;
+        if (rbti_has_left(c))
+            return flags;
+    }
+    return RBT_ERR_CASCADE_NOT_ENDED;
 }

@@ -98,11 +98,16 @@ RBTI_INLINE RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, d
     const double pull = rbti_pull(table, away + v, slide, size, sine, v);
     const double turn_x = x - pull / j * x, turn_z = z - pull / j * (u + z);
     const double energy = 1.0 + j * (x * x + y * y + z * z);
-    const double found[RBT_VALUES] = {
-        u - pull * (u + z), away, pull * x, turn_x, y, turn_z,
-        j * (turn_x * turn_x + y * y + turn_z * turn_z) / energy, 1.0,
-        (v - away) * (v + away), pull * (2.0 - pull * RBTI_MOBILITY) * slide * slide};
-    memcpy(values, found, sizeof found);
+    values[RBT_U] = u - pull * (u + z);
+    values[RBT_V] = away;
+    values[RBT_W] = pull * x;
+    values[RBT_OMEGA_X] = turn_x;
+    values[RBT_OMEGA_Y] = y;
+    values[RBT_OMEGA_Z] = turn_z;
+    values[RBT_ROTATIONAL_ENERGY] = j * (turn_x * turn_x + y * y + turn_z * turn_z) / energy;
+    values[RBT_COLLISIONS] = 1.0;
+    values[RBT_WORK_NORMAL] = (v - away) * (v + away);
+    values[RBT_WORK_SHEAR] = pull * (2.0 - pull * RBTI_MOBILITY) * slide * slide;
 }
 
 /* The first variables of a sphere's state, those that the table has. */
@@ -112,31 +117,5 @@ RBTI_APART RBT_DEVICE void rbti_sphere_state(const rbt_table *table, double alph
     double values[RBT_VALUES];
     rbti_sphere(table, alpha1, speed, spin, values);
     for (int k = 0; k < variables; k++)
-        state[k] = (table->held >> k & 1u) ? values[k] : 0.0;
-}
-
-/* One draw of the first six or of all variables. */
-RBTI_INLINE RBT_DEVICE int rbti_draw(const rbt_table *table, double alpha1, double speed,
-                                     uint64_t seed, uint64_t index, uint32_t hit, int variables,
-                                     double *state)
-{
-    const int status = rbti_status(table, alpha1, speed);
-    if (status < RBT_OK)
-        return status;
-    if (table->spheres) {
-        rbti_sphere_state(table, alpha1, speed, NULL, variables, state);
-        return status;
-    }
-    if (table->n_channels != 6) {
-        double values[RBT_VALUES]; /* whose address is known elsewhere, is in no register */
-        rbti_draw_any(table, alpha1, speed, seed, index, hit, variables, values);
-        for (int k = 0; k < variables; k++)
-            state[k] = values[k];
-        return status;
-    }
-    rbti_draws draws;
-    draws.alpha1[0] = alpha1;
-    draws.speed[0] = speed;
-    rbti_take_steps(1, table, 6, seed, &index, &hit, 1, variables, &draws, state);
-    return status;
+        state[k] = rbti_has(table, k) ? values[k] : 0.0;
 }

@@ -49,28 +49,37 @@ RBTI_INLINE RBT_DEVICE double rbti_spin_factor(double x, double y, double z)
     return sqrt(1.0 + RBTI_INERTIA * (x * x + y * y + z * z));
 }
 
-RBTI_INLINE RBT_DEVICE int rbti_spin_status(const rbt_table *table, double alpha1, double speed,
-                                            double x, double y, double z)
+/* Flags of a condition with a spin, without branches. Where angle, speed and spin are in range but the
+   effective speed is not, it is the spin that is beyond. */
+RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1, double speed,
+                                           double x, double y, double z)
 {
     const rbt_spin_law *law = &table->spin;
-    if (!(rbti_finite(alpha1) && rbti_finite(speed)))
-        return RBT_ERR_NOT_FINITE;
-    const double factor = rbti_spin_factor(x, y, z), effective = speed * factor;
-    const double square = x * x + y * y + z * z;
-    const int finite = rbti_finite(factor) && rbti_finite(effective);
-    const int flags = rbti_extrapolates(table, speed);
-    if (finite && law->n_shapes > 0 && alpha1 >= law->alpha_low && alpha1 <= law->alpha_high &&
-        effective >= law->speed_low && effective <= law->speed_high &&
-        square >= law->least_spin && square <= law->most_spin)
-        return flags;
-    if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
-        return RBT_ERR_NOT_APPROACHING;
-    if (speed <= 0.0)
-        return RBT_ERR_SPEED_NOT_POSITIVE;
-    if (law->n_shapes == 0)
-        return RBT_ERR_NO_SPIN_LAW;
-    return finite ? RBT_CLAMPED | flags : RBT_ERR_NOT_FINITE;
+    const double square = x * x + y * y + z * z, effective = speed * rbti_spin_factor(x, y, z);
+    const int off = (square < law->least_spin) | (square > law->most_spin);
+    const int fast = (effective > law->speed_high) & (speed <= table->speed.high);
+    return rbti_flags(table, alpha1, speed) | (off | fast) * RBT_SPIN;
 }
+
+RBTI_INLINE RBT_DEVICE int rbti_spin_is_bad(double alpha1, double speed, double x, double y, double z)
+{
+    return rbti_is_bad(alpha1, speed) |
+           (1 - rbti_finite(speed * rbti_spin_factor(x, y, z)));
+}
+
+RBTI_INLINE RBT_DEVICE int rbti_spin_error(const rbt_table *table, double alpha1, double speed,
+                                           double x, double y, double z, const double *grain)
+{
+    const int error = rbti_error(alpha1, speed);
+    if (error < RBT_OK)
+        return error;
+    if (table->spin.n_shapes == 0)
+        return RBT_ERR_NO_SPIN_LAW;
+    if (!rbti_finite(speed * rbti_spin_factor(x, y, z)))
+        return RBT_ERR_NOT_FINITE;
+    return !grain || rbti_grain_holds(&table->spin, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
+}
+
 /* No weight counts below 2^-126. A clamped number is used in a loop of its own: compilers branch on a
    number that may be a constant. */
 RBTI_INLINE RBT_DEVICE float rbti_least_power(float y)
@@ -133,17 +142,16 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_
         values[r] = (double)rbti_power_of_two(y[r]);
 }
 
-/* Moments of inertia of the grains over m a^2, the smallest and the largest: those of the file, else
-   the bounds 0 and 2/3, which hold for every grain. */
+/* Moments of inertia of the grains over m a^2, the smallest and the largest. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_spin_law *law,
                                               rbti_spin_draws *d, double *largest)
 {
     const double *ratios = d->inputs + RBTI_RATIO * m;
     RBTI_EACH_DRAW(r) {
-        const double *of = law->shape_inertia ? law->shape_inertia + 2 * d->shape[r] : NULL;
+        const double *of = law->shape_inertia + 2 * d->shape[r];
         const double b = ratios[r] * ratios[r], c = ratios[m + r] * ratios[m + r];
-        largest[r] = of ? of[0] * (1.0 + b) : RBTI_INERTIA;
-        d->smallest[r] = of ? of[1] * b * (1.0 + c) : 0.0;
+        largest[r] = of[0] * (1.0 + b);
+        d->smallest[r] = of[1] * b * (1.0 + c);
     }
 }
 
@@ -153,7 +161,6 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
     double effective[RBTI_BLOCK] RBTI_ALIGNED, *inputs = d->inputs;
     double largest[RBTI_BLOCK] RBTI_ALIGNED;
     const double first = law->alpha_first, last = law->alpha_last, most = law->most_spin;
-    const int by_root = law->shape_inertia != NULL; /* from version 1.3 on */
     rbti_fill_moments(m, law, d, largest);
     RBTI_EACH_DRAW(r) {
         const double sx = d->spin[r], sy = d->spin[m + r], sz = d->spin[2 * m + r];
@@ -161,7 +168,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
         const double square = sx * sx + sy * sy + sz * sz, held = square < most ? square : most;
         /* the coordinate of a spin beyond the law is that of the largest */
         const double beyond = square > most ? sqrt(square / most) : 1.0;
-        const double divisor = by_root ? sqrt(sqrt(1.0 + held)) * beyond : factor;
+        const double divisor = sqrt(sqrt(1.0 + held)) * beyond;
         const double tx = turn * sx / divisor, ty = turn * sy / divisor, tz = sz / divisor;
         double angle = d->alpha1[r] > first ? d->alpha1[r] : first;
         angle = angle < last ? angle : last;
