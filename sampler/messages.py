@@ -13,7 +13,7 @@ import numpy as np
 from sampler import errors
 from sampler.arguments import MAX_ROUGHNESS, Call, told_apart
 from sampler.errors import InputError, OutsideTableWarning
-from sampler.formats.binary_layout import OTHER_POPULATION, SPEED_INDEPENDENT
+from sampler.formats.binary_layout import SPEED_INDEPENDENT
 from sampler.formats.bounds import ANY_SPEED, INERTIA, LEAST_RATIO, ROUNDING
 from sampler.library import Report
 
@@ -141,7 +141,7 @@ def _spins(header: Any, call: Call) -> bool:
     """Tell whether a call draws from the spin law."""
     given = not {"spin", "omega", "grain"}.isdisjoint(call.rows.arrays)
     own = "velocity" in call.rows.arrays and header["n_shapes"] > 0 and not call.rows.fresh
-    return bool(given or own or header["flags"] & OTHER_POPULATION)
+    return bool(given or own)
 
 
 def outside_warning(header: Any, call: Call, row: int, clamped: int) -> str:
