@@ -55,7 +55,9 @@ def public_constants() -> str:
         "/* variables of a state, in this order */",
         *_enumeration([f"RBT_{name.upper()}" for name in (*VARIABLES, "values")]),
         "/* channels, in which these are stored */",
-        *_enumeration([f"RBTI_{name.upper()}" for name in (*(f"of_{c}" for c in CHANNELS), "channels")]),
+        *_enumeration(
+            [f"RBTI_{name.upper()}" for name in (*(f"of_{c}" for c in CHANNELS), "channels")]
+        ),
         f"#define RBTI_NAMES {MOST_NAMES} /* most of either that a table has */",
     ]
     return "\n".join(lines) + "\n"
@@ -147,8 +149,8 @@ def checked_constants() -> str:
         f"#define RBTI_MOST_NUMBER {bounds.MOST_NUMBER!r} /* of a node */",
         "/* DO(what has it, dimension, least, most) */",
         *_macro("RBTI_DIMENSIONS", _dimensions()),
-        "/* DO(array, member of rbt_table, type, count that is 0 where it is missing, rows, numbers of",
-        "   a row, extra numbers) */",
+        "/* DO(array, member of rbt_table, type, count that is 0 without it, rows, numbers of a",
+        "   row, extra numbers) */",
         *_macro("RBTI_ARRAYS", [_array_arguments(array) for array in ARRAYS]),
     ]
     return "\n".join(lines) + "\n"

@@ -360,7 +360,8 @@ def _contents_of(attributes: Mapping[str, Any], datasets: Mapping[str, Array]) -
         least_inertia=attributes["least_inertia"],
         valid_speed=None if valid is None else (valid[0], valid[1]),
     )
-    if len(known) == len(datasets) and contents.attributes | {"content_sha256": digest} == attributes:
+    whole = contents.attributes | {"content_sha256": digest} == attributes
+    if whole and len(known) == len(datasets):
         contents.__dict__["content_sha256"] = digest  # not computed again
     return contents
 

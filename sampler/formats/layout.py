@@ -319,9 +319,7 @@ ATTRIBUTES = {
         f"{LINE_CHARACTERS} characters",
         lambda value: is_line(value) and len(value) <= LINE_CHARACTERS,
     ),
-    "components": Attribute(
-        str, "components of the state that a draw gives, separated by spaces"
-    ),
+    "components": Attribute(str, "components of the state that a draw gives, separated by spaces"),
     "channels": Attribute(
         str, "channels of the mixture, in the order of its factors, separated by spaces"
     ),

@@ -1,14 +1,13 @@
 """Draws and rebounds of particles that arrive spinning: every way to them gives the same bits."""
 
 import copy
-import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from reference_draw import key_words, reference_draw, reference_grain, reference_spin_draw
 from small_tables import works
-from spin_tables import energies, less_spheres, older, with_spin_law
+from spin_tables import energies, less_spheres, with_spin_law
 from synthetic_table import make_contents
 
 import sampler
@@ -228,16 +227,6 @@ class TestEnergy:
             expected = reference_draw(table.contents, alpha1[k], speed[k], words)
             np.testing.assert_allclose(states[k], expected, atol=1e-3)
 
-    def test_older_files_have_the_bounds_of_any_grain(self):
-        table, (alpha1, speed, spin) = sampler.Table(older(CONTENTS)), conditions()
-        states = table.sample(alpha1, speed, spin=spin, **KEYS)
-        words = [key_words(5, int(i), int(h), 2) for i, h in zip(INDEX, HITS, strict=True)]
-        grains = [reference_grain(table.contents, 5, int(index)) for index in INDEX]
-        rows = zip(alpha1, speed, spin, grains, words, strict=True)
-        expected = np.array([reference_spin_draw(table.contents, *row) for row in rows])
-        assert np.median(np.abs(states - expected).max(axis=1)) < 1e-4
-        assert (states != spinning_table().sample(alpha1, speed, spin=spin, **KEYS)).any()
-
 
 class TestCounts:
     def test_spins_beyond_the_law_are_counted_and_drawn_with_its_largest(self, table):
@@ -329,88 +318,8 @@ def test_a_table_without_spin_law_refuses():
         table.rebound((0, -100, 0), (0, 1, 0), 1e-5, omega=(0, 0, 0), seed=1, index=0)
     with pytest.raises(InputError, match=f"grain: {refused}"):
         table.sample(0.5, 100.0, grain=(0, 1, 1), seed=1, index=0)
-    with pytest.raises(InputError, match="population: got one"):
-        sampler.Table(make_contents(), population={"shapes": {"prism": 1.0}})
     with pytest.raises(InputError, match="grains: asked for"):
         table.grains(1, 0)
     code = sampler.draw(table.handle, 0.5, 100.0, (0.0, 0.0, 0.0), 1, 2, 3, state)
     assert code == sampler.NO_SPIN_LAW
     np.testing.assert_array_equal(state, -7.0)
-
-
-OWN_RATIOS = {"distribution": "truncated-normal", "mean": 0.8} | {
-    "standard_deviation": 0.2,
-    "range": (0.5, 1.0),
-}
-
-
-class TestPopulation:
-    def test_other_shapes_and_ratios(self, table):
-        aspect = {"distribution": "fixed", "values": [0.8, 0.7]}
-        other = spinning_table(population={"shapes": {"prism": 2}, "aspect": aspect})
-        assert set(map(tuple, other.grains(1, range(50)))) == {(1.0, 0.8, 0.7)}
-        spin, keys = (0.2, 0.0, -0.5), {"seed": 1, "index": range(50)}
-        expected = table.sample(0.5, 100.0, spin=spin, grain=(1, 0.8, 0.7), **keys)
-        np.testing.assert_array_equal(other.sample(0.5, 100.0, spin=spin, **keys), expected)
-
-    def test_no_spin_is_a_spin_of_zeros(self):
-        other = spinning_table(population={"shapes": {"prism": 1.0, "ellipsoid": 3.0}})
-        still = other.sample(0.5, 100.0, spin=(0, 0, 0), seed=1, index=range(50))
-        np.testing.assert_array_equal(other.sample(0.5, 100.0, seed=1, index=range(50)), still)
-        # the law of first impacts, of another grain at each hit, in every language
-        keys = {"seed": 1, "index": range(50), "hit": 3}
-        fresh = other.sample(0.5, 100.0, spin=(0, 0, 0), grain="fresh", **keys)
-        np.testing.assert_array_equal(other.sample(0.5, 100.0, **keys), fresh)
-        for k in range(50):
-            assert sampler.draw(other.handle, 0.5, 100.0, None, 1, k, 3, OUT) >= 0
-            np.testing.assert_array_equal(OUT, fresh[k])
-        impact = np.array([87.758256189, -47.942553860, 0.0]), (0, 1, 0), 1e-5
-        assert np.hstack(other.rebound(*impact, grain="fresh", **keys)).any(axis=1).all()
-        shapes = other.grains(1, range(2000))[:, 0]
-        assert set(shapes) == {0.0, 1.0}
-        # 4.5 standard errors: false-alarm rate 7e-6
-        assert abs((shapes == 0.0).mean() - 0.75) < 4.5 * np.sqrt(0.75 * 0.25 / 2000)
-
-    def test_the_tables_own_law_of_ratios(self, table):
-        other = spinning_table(population={"aspect": OWN_RATIOS})
-        np.testing.assert_allclose(
-            other.grains(1, range(99)), table.grains(1, range(99)), atol=1e-9
-        )
-
-    def test_copies_keep_it(self):
-        other = spinning_table(population={"shapes": {"prism": 1.0}})
-        for twin in (copy.deepcopy(other), pickle.loads(pickle.dumps(other))):
-            np.testing.assert_array_equal(twin.grains(1, range(9)), other.grains(1, range(9)))
-        assert other.contents.content_sha256 == CONTENTS.content_sha256
-
-    @pytest.mark.parametrize(
-        ("population", "said"),
-        [
-            ("prism", "population: got 'prism', allowed: a mapping with shapes, meshes, aspect"),
-            ({"shape": {}}, "population.shape: is unknown, allowed: shapes, meshes, aspect"),
-            (
-                {"shapes": {"sphere": 1.0}},
-                "population.shapes.sphere: is unknown, allowed: ellipsoid, prism, tetrahedron",
-            ),
-            ({"shapes": {"prism": -1}}, "population.shapes.prism: got -1, allowed: a number from"),
-            ({"shapes": {"prism": np.nan}}, "population.shapes.prism: got nan"),
-            ({"shapes": {"prism": 0}}, "population.shapes: got {'prism': 0}, allowed: a weight"),
-            ({"meshes": [1.0]}, "population.meshes: got [1.0], allowed: 0 weights"),
-            ({"aspect": 0.8}, "population.aspect: got 0.8, allowed: a mapping"),
-            ({"aspect": {"distribution": "x"}}, "population.aspect.distribution: got 'x'"),
-            (
-                {"aspect": {"distribution": "fixed", "values": [0.4, 0.7]}},
-                "population.aspect.values: got [0.4, 0.7], allowed: within what was simulated",
-            ),
-            ({"aspect": {"distribution": "fixed"}}, "population.aspect.values: is missing"),
-            (
-                {"aspect": OWN_RATIOS | {"range": [0.3, 1.0]}},
-                "population.aspect.range: got [0.3, 1.0], allowed: two, increasing, within",
-            ),
-        ],
-    )
-    def test_refused(self, population, said):
-        with pytest.raises(InputError) as error:
-            spinning_table(population=population)
-        assert str(error.value).startswith(said)
-        assert "\n" not in str(error.value)

@@ -56,8 +56,8 @@ typedef struct rbti_header {
     DO(law, n_outcomes, 6, 8)                                                                      \
     DO(laws, n_laws, 8, 1048576)                                                                   \
     DO(1, n_columns, 1, 8)
-/* DO(array, member of rbt_table, type, count that is 0 where it is missing, rows, numbers of
-   a row, extra numbers) */
+/* DO(array, member of rbt_table, type, count that is 0 without it, rows, numbers of a
+   row, extra numbers) */
 #define RBTI_ARRAYS(DO)                                                                            \
     DO(alpha_coordinate, alpha.coordinate, double, h->n_alpha, h->n_alpha_grid, 1, 0)              \
     DO(speed_coordinate, speed.coordinate, double, h->n_alpha, h->n_speed_grid, 1, 0)              \
