@@ -20,6 +20,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 HEADER = HERE / "rebound_sampler.h"
+SOURCE = HERE / "library.c"
 LIBRARY = HERE.parent / "librebound.so"
 
 #: Sections of the header, in their order.
@@ -54,14 +55,14 @@ def header() -> str:
     return "\n".join(section.read_text(encoding="utf-8") for section in sections)
 
 
-def build(library: Path = LIBRARY) -> None:
+def build(library: Path = LIBRARY, source: Path = SOURCE) -> None:
     """Write header and library; raises `SystemExit` with one line if that cannot be done."""
     HEADER.write_text(header(), encoding="utf-8")
     words = compiler()
     if not words:
         raise SystemExit("no C compiler found: install gcc or clang, or pip install ziglang")
     flags = shlex.split(os.environ.get("CFLAGS", ""))
-    command = [*words, *FLAGS, *flags, "-x", "c", str(HEADER), "-o", str(library), "-lm"]
+    command = [*words, *FLAGS, *flags, "-x", "c", str(source), "-o", str(library), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(f"{shlex.join(command)}\n{done.stderr}the draw was not compiled")
