@@ -20,7 +20,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-HEADER, SOURCE = HERE / "rebound_sampler.h", HERE / "library.c"
+HEADER = HERE / "rebound_sampler.h"
+SOURCE = HERE / "library.c"
 LIBRARY = HERE.parent / "librebound.so"
 
 #: Sections of the header, in their order.
@@ -33,7 +34,7 @@ SECTIONS = (
 #: No product is fused with a sum, which keeps the bits; nobody reads errno or floating-point traps.
 FLAGS = (
     *("-std=gnu11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
-    *("-fPIC", "-shared"),
+    *("-fPIC", "-shared", "-DREBOUND_SAMPLER_IMPLEMENTATION"),
 )
 
 
@@ -55,14 +56,14 @@ def header() -> str:
     return "\n".join(section.read_text(encoding="utf-8") for section in sections)
 
 
-def build(library: Path = LIBRARY) -> None:
+def build(library: Path = LIBRARY, source: Path = SOURCE) -> None:
     """Write header and library; raises `SystemExit` with one line if that cannot be done."""
     HEADER.write_text(header(), encoding="utf-8")
     words = compiler()
     if not words:
         raise SystemExit("no C compiler found: install gcc or clang, or pip install ziglang")
     flags = shlex.split(os.environ.get("CFLAGS", ""))
-    command = [*words, *FLAGS, *flags, str(SOURCE), "-o", str(library), "-lm"]
+    command = [*words, *FLAGS, *flags, "-x", "c", str(source), "-o", str(library), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(f"{shlex.join(command)}\n{done.stderr}the draw was not compiled")

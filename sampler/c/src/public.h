@@ -297,7 +297,7 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double r
    a time, s; omega: as a rebound gives it, the mean over the particle's tumbling.
 
    diameter: of the sphere of equal volume, m; density, kg/m3, and viscosity, Pa s: of the gas; all
-   above 0. gas_rotation: half the curl of the gas velocity, rad/s; NULL: 0. The torque is that on a
+   above 0, or a viscosity of 0: no torque. gas_rotation: half the curl of the gas velocity, rad/s; NULL: 0. The torque is that on a
    sphere that turns in a gas at rest,
 
        (density / 2) (diameter / 2)^5 C |slip| slip,  slip = gas_rotation - omega,
