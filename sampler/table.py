@@ -319,7 +319,7 @@ class Table(LawAtConditions, Counting):
         check_written("works", works, (*call.shape, 2), np.float64)
         check_written("codes", codes, call.shape, np.intc)
         if works is not None and not {"work_normal", "work_shear"} <= {*self.columns}:
-            raise InputError("works: the table has none; allowed: with work_normal and work_shear")
+            raise InputError(f"works: got an array, but the table {self.pair} has no works")
         results = {"velocity": np.empty((call.rows.n, 3)), "omega": np.empty((call.rows.n, 3))}
         if works is not None:
             results["works"] = np.empty((call.rows.n, 2))
@@ -420,12 +420,11 @@ class Table(LawAtConditions, Counting):
         check_grain_word(grain)
         if self.has_spin:
             return
-        law = f"the table {self.pair} has no spin law"
-        fresh = isinstance(grain, str) and (grain == "fresh" or name == "spin")
+        asked, law = name if spin is not None else "grain", f"the table {self.pair} has no spin law"
+        fresh = "" if name == "spin" else ', with grain="fresh"'
         if spin is not None or not isinstance(grain, str):
-            asked = "grain" if spin is None else name
-            raise InputError(f'{asked}: is given, but {law}: leave it out, with grain="fresh"')
-        if not fresh:
+            raise InputError(f"{asked}: is given, but {law}: leave it out{fresh}")
+        if fresh and grain == "own":
             raise InputError(f'grain: is "own", but {law}: give grain="fresh", a first impact')
 
     def _call(self, given: dict[str, Any], grain: Grain, keys: Keys) -> Call:

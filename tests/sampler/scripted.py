@@ -55,7 +55,9 @@ class Scripted:
         self._words[:] = [int(word) for word in words[:8]] + [0] * 4
         index, hit, state = np.zeros(1, np.uint64), np.zeros(1, np.uint32), np.empty(6)
         given = np.array([alpha1]), np.array([speed]), index, hit
-        at = dict(zip(("alpha1", "speed", "index", "hit"), (x.ctypes.data for x in given), strict=True))
+        at = dict(
+            zip(("alpha1", "speed", "index", "hit"), (x.ctypes.data for x in given), strict=True)
+        )
         address = ctypes.c_void_p(state.ctypes.data)
         record, table = Conditions(**at), ctypes.c_void_p(self._table.handle)
         one, seed = ctypes.c_size_t(1), ctypes.c_uint64(0)

@@ -108,7 +108,12 @@ def test_integers_of_any_kind(value):
         ("alpha1", 1.57079633, "1.57079633 ", "at most pi/2 rad"),
         ("alpha1", np.pi / 2 + 2e-12, "1.5707963268 ", "at most pi/2 rad"),
         ("speed", 300.0000001, "an impact at 40.107 deg, 300.0000001 m/s", "50 to 300 m/s"),
-        ("speed", np.nextafter(50.0 - 1e-10, 0.0), "an impact at 40.107 deg, 49.9999999999 ", "50 to"),
+        (
+            "speed",
+            np.nextafter(50.0 - 1e-10, 0.0),
+            "an impact at 40.107 deg, 49.9999999999 ",
+            "50 to",
+        ),
         ("speed", 301.0, "an impact at 40.107 deg, 301 m/s", "50 to 300 m/s"),
     ],
 )

@@ -55,7 +55,7 @@ def test_copies_draw_the_same(table_path, make):
 @pytest.mark.parametrize("make", COPIES)
 def test_copies_keep_what_to_do_outside(table_path, make):
     strict = make(sampler.load(table_path, outside="raise"))
-    with pytest.raises(InputError, match="speed: got an impact at .*, 10000 m/s at row 0"):
+    with pytest.raises(InputError, match=r"speed: got an impact at .*, 10000 m/s at row 0"):
         strict.sample(0.7, 1e4, seed=1, index=0)
 
 

@@ -93,7 +93,10 @@ def test_a_gas_without_viscosity_has_no_torque():
         ({"omega": [0.0, np.nan, 0.0]}, "omega: got nan at index 1, allowed: finite numbers"),
         ({"gas_rotation": [np.inf] * 3}, "gas_rotation: got inf at index 0, allowed: finite"),
         ({"viscosity": np.nan}, "viscosity: got nan, allowed: a finite number, 0 or more"),
-        ({"density": [1.0, 2.0]}, "density: got shape (2,), allowed: one that broadcasts with (4,)"),
+        (
+            {"density": [1.0, 2.0]},
+            "density: got shape (2,), allowed: one that broadcasts with (4,)",
+        ),
         ({"time": np.ones((4, 1))}, "time: got rows of shape (4, 1), allowed: one row, or as many"),
     ],
 )

@@ -32,7 +32,9 @@ def test_rebound_is_the_state_in_the_lab_frame(table):
     speed = np.linalg.norm(velocity, axis=1)
     state = table.sample(_angle(velocity, normal), speed, seed=1, index=range(2000), hit=4)
     expected = _lab(velocity, normal, 2e-5, state)
-    v, omega = table.rebound(velocity, normal, 2e-5, grain="fresh", seed=1, index=range(2000), hit=4)
+    v, omega = table.rebound(
+        velocity, normal, 2e-5, grain="fresh", seed=1, index=range(2000), hit=4
+    )
     scale = speed[:, None]
     np.testing.assert_allclose(v / scale, expected[0] / scale, rtol=0, atol=1e-11)
     np.testing.assert_allclose(omega * 2e-5 / scale, expected[1] * 2e-5 / scale, rtol=0, atol=1e-10)

@@ -63,7 +63,9 @@ class TestLaw:
         assert table.mean([], 100.0).shape == (0, 6)
 
     def test_outside_and_refusals(self, table, table_path):
-        with pytest.warns(OutsideTableWarning, match=r"speed: got an impact at .* 20 m/s at row 1") as told:
+        with pytest.warns(
+            OutsideTableWarning, match=r"speed: got an impact at .* 20 m/s at row 1"
+        ) as told:
             table.mean(0.7, [100.0, 20.0])
         assert told[0].filename == __file__
         assert table.counts["speed"] == 1
@@ -73,7 +75,10 @@ class TestLaw:
             (lambda: table.quantile([0.5, 1.5], "v", 0.7, 100.0), "p: got 1.5 at index 1, allowed"),
             (lambda: table.quantile(0.5, "x", 0.7, 100.0), "variable: got 'x', allowed: one of u"),
             (lambda: table.quantile([0.5] * 3, "v", [0.7] * 2, 100.0), r"alpha1: got shape \(2,"),
-            (lambda: sampler.load(table_path, outside="raise").std(0.7, 20.0), "speed: got an impact at .* 20 m/s"),
+            (
+                lambda: sampler.load(table_path, outside="raise").std(0.7, 20.0),
+                "speed: got an impact at .* 20 m/s",
+            ),
         ):
             with pytest.raises(InputError, match=message):
                 call()

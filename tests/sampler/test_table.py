@@ -82,7 +82,8 @@ class TestGenerator:
         impact = ([60.0, -80.0, 0.0], [0, 1, 0], 1e-5)
         rng = np.random.default_rng(1)
         first, second = (
-            table.rebound(*impact, size=(4, 5), rng=rng, grain="fresh") for _ in range(2))
+            table.rebound(*impact, size=(4, 5), rng=rng, grain="fresh") for _ in range(2)
+        )
         assert first.velocity.shape == first.omega.shape == (4, 5, 3)
         assert (first.velocity != second.velocity).all()
         seed = np.random.default_rng(1).integers(2**64, dtype=np.uint64)
@@ -225,7 +226,9 @@ class TestWarning:
 
     def test_comes_of_speeds_that_were_not_measured(self, contents):
         table = sampler.Table(replace(contents, valid_speed=(100.0, 200.0)))
-        with pytest.warns(OutsideTableWarning, match=r"^velocity: got 60 m/s at row 0 \(particle 4"):
+        with pytest.warns(
+            OutsideTableWarning, match=r"^velocity: got 60 m/s at row 0 \(particle 4"
+        ):
             table.rebound(**IMPACT | {"velocity": [0.0, -60.0, 0.0]}, seed=1, index=4)
         assert table.extrapolated == 1
 
@@ -314,7 +317,10 @@ def test_first_bad_condition_is_named(table, threads, name, value, allowed):
         ({"velocity": [0, -1e-170, 0]}, "got 0, -1e-170, 0 at row 2, allowed: 1e-150 m/s or"),
         ({"velocity": [1, 0, 0]}, "velocity: got 1, 0, 0 at row 2, allowed: towards the wall"),
         ({"velocity": [1, 2, 0]}, "velocity: got 1, 2, 0 at row 2, allowed: towards the wall"),
-        ({"velocity": [1e200, -1e200, 0]}, "row 2, allowed: speeds and spins times a/V below 1e150"),
+        (
+            {"velocity": [1e200, -1e200, 0]},
+            "row 2, allowed: speeds and spins times a/V below 1e150",
+        ),
         ({"normal": [0, 0, 0]}, "normal: got 0, 0, 0 at row 2, allowed: any length but zero"),
         ({"normal": [0, np.inf, 0]}, "normal: got 0, inf, 0 at row 2, allowed: finite"),
         ({"half_size": 0.0}, "half_size: got 0 at row 2, allowed: 1e-09 to 0.1 m"),

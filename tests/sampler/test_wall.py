@@ -44,7 +44,7 @@ def test_the_mean_is_that_of_the_grains():
 
 
 def test_a_population_that_is_not_known_has_no_mean(table):
-    with pytest.raises(sampler.InputError, match="^mean_half_size: this table has no spin law"):
+    with pytest.raises(sampler.InputError, match=r"^mean_half_size: this table has no spin law"):
         table.mean_half_size(D)
 
 
@@ -102,13 +102,13 @@ def test_published_profiles():
     """For sand of 200 micrometres: polished and cast walls; on a cut one Rq / RSm is 1/2."""
     assert sampler.wall_tilt(1.0, 0.05, 0.5, 200.0) == math.atan(0.2)
     assert sampler.wall_tilt(25.0, 1.0, 10.0, 200.0) == math.atan(0.2)
-    with pytest.raises(sampler.InputError, match="^ra, rq, rsm, diameter: got 100, 25, 50, 200"):
+    with pytest.raises(sampler.InputError, match=r"^ra, rq, rsm, diameter: got 100, 25, 50, 200"):
         sampler.wall_tilt(100.0, 25.0, 50.0, 200.0)
 
 
 def test_only_the_tilts_of_the_particles_at_hand_count():
     """The flanks of a cast wall are too steep for a small particle, which is refused."""
-    with pytest.raises(sampler.InputError, match="got 25, 1, 10, 5, allowed: tilts up to 0.5 rad"):
+    with pytest.raises(sampler.InputError, match=r"got 25, 1, 10, 5, allowed: tilts up to 0.5 rad"):
         sampler.wall_tilt(25.0, 1.0, 10.0, [200.0, 5.0])
     rsm = 2.0 / math.tan(MAX_ROUGHNESS)
     assert sampler.wall_tilt(1.0, 1.0, rsm * (1.0 + 1e-12), 1.0) <= MAX_ROUGHNESS
