@@ -53,7 +53,7 @@ Rebounds = _record(
 
 #: Functions of the library: result, then arguments.
 _FUNCTIONS: dict[str, tuple[Any, ...]] = {
-    "rbt_open_memory": (c_int, c_void_p, c_size_t, c_void_p),
+    "rbt_open_image": (c_int, c_void_p, c_size_t, c_void_p),
     "rbt_close": (None, c_void_p),
     "rbt_strerror": (c_char_p, c_int),
     "rbt_covered": (c_int, c_void_p, c_void_p),
@@ -122,7 +122,7 @@ class OpenTable:
             moved[:] = image
             image = moved
         table = c_void_p()
-        code = library().rbt_open_memory(image.ctypes.data, image.size, ctypes.addressof(table))
+        code = library().rbt_open_image(image.ctypes.data, image.size, ctypes.addressof(table))
         if code != OK:
             raise TableError(library().rbt_strerror(code).decode())
         assert table.value is not None

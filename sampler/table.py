@@ -1,7 +1,6 @@
 """A loaded table: checked input in, rebound states out."""
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -29,7 +28,6 @@ from sampler.formats.image import header_of, table_image
 from sampler.law import LawAtConditions
 from sampler.library import Codes, OpenTable
 from sampler.messages import Counting, Counts, Covered
-from sampler.population import population_grains
 
 if TYPE_CHECKING:
     from sampler.device.device_table import DeviceTable
@@ -49,8 +47,6 @@ class Table(LawAtConditions, Counting):
         What to do with an angle, speed or spin outside the table: draw the nearest that it has,
         count it in `counts` and warn of the first of each kind (`OutsideTableWarning`), or raise
         `InputError`.
-    population : mapping, optional
-        Other particles than those that the table was generated for; see `load`.
 
     Attributes
     ----------
@@ -71,8 +67,8 @@ class Table(LawAtConditions, Counting):
         at speeds at which the pair was not measured, ``extrapolated``.
     speed_independent : bool
         Whether rebounds do not depend on the speed; then no speed lies outside.
-    outside, population
-        As they were given.
+    outside
+        As it was given.
     """
 
     def __init__(
@@ -80,14 +76,11 @@ class Table(LawAtConditions, Counting):
         contents: TableContents,
         *,
         outside: Literal["clamp", "raise"] = "clamp",
-        population: Mapping[str, Any] | None = None,
     ) -> None:
         if outside not in ("clamp", "raise"):
             refuse("outside", repr(outside), "'clamp', 'raise'")
         self.outside = outside
-        self.population = population
-        grains = None if population is None else population_grains(contents, population)
-        self._table = OpenTable(table_image(contents, grains))
+        self._table = OpenTable(table_image(contents))
         self.columns = contents.variables
         self.pair, self.config = contents.pair, contents.config
         self.speed_independent = contents.speed_independent
@@ -463,7 +456,6 @@ def _kept_beside(contents: TableContents) -> dict[str, NDArray[Any]]:
 def load(
     name_or_path: str | os.PathLike[str],
     outside: Literal["clamp", "raise"] = "clamp",
-    population: Mapping[str, Any] | None = None,
 ) -> Table:
     """Load a table.
 
@@ -473,14 +465,6 @@ def load(
         Name of a table that comes with the package, or path of a .h5 file.
     outside : {"clamp", "raise"}
         What to do with an angle, speed or spin outside the table; see `Table`.
-    population : mapping, optional
-        Other particles, within what was simulated; the table needs a spin law. ``shapes``: weights
-        by name, only their ratios matter; ``meshes``: a list of weights, in the table's order;
-        ``aspect``: the law of b/a and c/b, {"distribution": "truncated-normal", "mean": 0.8,
-        "standard_deviation": 0.2, "range": [0.5, 1.0]} or {"distribution": "fixed", "values":
-        [0.8, 0.7]}. What is left out is as in the table; shapes that are not named have no weight.
-        Then all draws are from the spin law: the law of first impacts is that of particles that do
-        not spin, with another grain at each hit.
 
     Returns
     -------
@@ -491,9 +475,9 @@ def load(
     TableError
         If the file cannot be read as a table; says why.
     InputError
-        If there is no table of that name, or it has no such population.
+        If there is no table of that name.
     """
     path = find_table(name_or_path)
-    table = Table(read_table(path), outside=outside, population=population)
+    table = Table(read_table(path), outside=outside)
     table._source = path.resolve()  # its contents would take as much memory again
     return table

@@ -1,7 +1,15 @@
-/* The library that Python loads: the draw, and its functions of one particle for n of them. Arrays have
-   n numbers, or 3 n where they are vectors. */
+/* The library that Python loads: the draw, and what Python alone needs. */
 
 #include "rebound_sampler.h"
+
+/* As rbt_open_memory, for an image that Python has just made of a table that it has checked: there is
+   no checksum. */
+int rbt_open_image(const void *image, size_t size, rbt_table **table)
+{
+    return rbti_open(image, size, 0, table);
+}
+
+/* -- functions of one particle for n of them: arrays have n numbers, or 3 n where they are vectors -- */
 
 void rbt_gas_torque_rows(size_t n, const double *omega, const double *diameter,
                          const double *density, const double *viscosity,

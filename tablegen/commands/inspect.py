@@ -84,7 +84,6 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "seed": contents.seed,
         "software_version": contents.software_version,
         "content_sha256": contents.content_sha256,
-        "processors": list(contents.processors),
         "bytes_in_memory": table.nbytes,
         "declared": _declared(contents.config),
         "worst": worst_stored(accuracy),
@@ -96,7 +95,7 @@ def identity_text(contents: "TableContents") -> str:
     """Describe a table in lines of text."""
     facts = identity(contents)
     alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
-    declared, law, kinds = facts["declared"], facts["spin"], facts["processors"]
+    declared, law = facts["declared"], facts["spin"]
     covers = facts["covers"]
     if facts["valid_speed"] is not None:
         covers += "; laws measured at {:g} to {:g} m/s".format(*facts["valid_speed"])
@@ -120,7 +119,6 @@ def identity_text(contents: "TableContents") -> str:
         ("seed", facts["seed"]),
         ("software", f"rebound-tables {facts['software_version']}"),
         ("content SHA-256", facts["content_sha256"]),
-        *(("made on", kind) for kind in kinds or ["not recorded"]),
         ("in memory", f"{facts['bytes_in_memory'] / 1e6:.2f} MB"),
         ("declared", f"at most {errors_text(declared)}" if declared else "?"),
         ("measured", measured),
