@@ -1,8 +1,8 @@
 """Arguments of draws and rebounds: coerced to rows of arrays, or refused in one line.
 
-Arguments broadcast as in numpy, but arrays of several rows have the same number of dimensions. A single
-number stands for every row and is not copied; an array of the full shape is passed on as it is where its
-type and layout allow.
+Arguments broadcast as in numpy, but arrays of several rows have the same number of dimensions. A
+single number stands for every row and is not copied; an array of the full shape is passed on as it
+is where its type and layout allow.
 """
 
 import math
@@ -247,8 +247,8 @@ def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
     Raises
     ------
     InputError
-        If an argument does not fit those before it, or all of them not `size`. Arrays of several rows
-        have the same number of dimensions: (n, 1) beside (n,) would silently become (n, n).
+        If an argument does not fit those before it, or all of them not `size`. Arrays of several
+        rows have the same number of dimensions: (n, 1) beside (n,) would quietly become (n, n).
     """
     shape: Shape = ()
     first = ""  # argument of several rows
@@ -333,6 +333,11 @@ class Call(NamedTuple):
         """Name a row in a message: where it stands in the arrays, and its particle."""
         where = place(row, self.shape).replace("index", "row")
         return f"{where} (particle {int(self.at('index', row))})"
+
+
+def present(**optional: Any) -> dict[str, Any]:
+    """Give the arguments that are not None."""
+    return {name: values for name, values in optional.items() if values is not None}
 
 
 class HostArrays:

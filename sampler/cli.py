@@ -9,7 +9,7 @@ import tomllib
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import click
 
@@ -75,7 +75,7 @@ def draw(
     seed: int,
     spin: tuple[float, float, float] | None,
     output: Path,
-    outside: str,
+    outside: Literal["clamp", "raise"],
 ) -> int:
     """Draw rebound states at one impact angle and speed."""
     import numpy as np
@@ -83,11 +83,11 @@ def draw(
     from sampler.table import load
 
     loaded = load(table, outside=outside)
-    condition = {"alpha1": math.radians(alpha), "speed": speed, "spin": spin}
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always", OutsideTableWarning)
         try:
-            state = loaded.sample(**condition, seed=seed, index=np.arange(count), hit=0)
+            keys: dict[str, Any] = {"seed": seed, "index": np.arange(count), "hit": 0}
+            state = loaded.sample(math.radians(alpha), speed, spin=spin, **keys)
         except InputError as error:
             raise InputError(_of_flags(error)) from None
     write_arrays(output, state=state, columns=loaded.columns)
@@ -150,10 +150,11 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
     -------
     dict
         ``tables``, ``pairs``, ``scenes`` and ``measurements``, each by name. Of a table its
-        ``pair``, ``components``, ends of ``alpha_deg``, of ``speed`` in m/s (None: any), of ``spin``
-        times a/V (None: no spin law), ``covers``, these in words, and ``bytes``; of a pair ``particle`` and ``wall``; of a scene its ``pair`` and the tables ``domain``, ``table``
-        and ``accuracy`` of its file, which differ from the pair's; of measurements the fields at
-        the top of their file, such as ``title``, ``particle`` and ``wall``.
+        ``pair``, ``components``, ends of ``alpha_deg``, of ``speed`` in m/s (None: any) and of
+        ``spin`` (None: no spin law), ``covers``, these in words, and ``bytes``; of a pair
+        ``particle`` and ``wall``; of a scene its ``pair`` and the tables ``domain``, ``table`` and
+        ``accuracy`` of its file, which differ from the pair's; of measurements the fields at the
+        top of their file, such as ``title``, ``particle`` and ``wall``.
     """
     pairs, scenes = {}, {}
     for name in available(".toml"):

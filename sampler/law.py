@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sampler import library
-from sampler.arguments import Call, Grain, Keys, as_reals_up_to, common_shape
+from sampler.arguments import Call, Grain, Keys, as_reals_up_to, common_shape, present
 from sampler.errors import refuse
 from sampler.library import Codes, OpenTable, Rows
 
@@ -24,7 +24,7 @@ class LawAtConditions:
 
     columns: tuple[str, ...]
     _table: OpenTable
-    _call: Callable[[dict[str, ArrayLike], str, ArrayLike | None, Grain, Keys], Call]
+    _call: Callable[[dict[str, Any], Grain, Keys], Call]
     _refuse: Callable[[Call, Codes], None]
     _count: Callable[[Call, Codes, int], None]
 
@@ -105,8 +105,8 @@ class LawAtConditions:
         self, alpha1: ArrayLike, speed: ArrayLike, spin: ArrayLike | None, reduce: Reduction
     ) -> NDArray[np.float64]:
         """Reduce the draws at each condition to some numbers."""
-        given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
-        call = self._call(given, "spin", spin, "own", Keys(rng=np.random.default_rng(0)))
+        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
+        call = self._call(given, "own", Keys(rng=np.random.default_rng(0)))
         codes = library.sample(self._table, call.rows, None, 1)
         self._refuse(call, codes)
         self._count(call, codes, 4)

@@ -205,8 +205,8 @@ def rebound(
         ``velocity``, ``normal``, ``half_size``, ``index``, ``hit`` and, if they are given,
         ``wall_velocity``, ``omega``, ``roughness`` and ``grain``.
     results : dict of contiguous float64 arrays, written
-        ``velocity`` and ``omega``, shape (n, 3), and ``works``, shape (n, 2): those that are wanted.
-        Where rows have an error, NaN.
+        ``velocity`` and ``omega``, shape (n, 3), and ``works``, shape (n, 2), if they are wanted;
+        NaN where rows have an error.
     threads : int or None
         As for `sample`.
     isotropic : bool
@@ -218,9 +218,7 @@ def rebound(
         given = _filled(Impacts, place, fresh=rows.fresh, isotropic=isotropic)
         at = {name: array.ctypes.data + start * array.strides[0] for name, array in results.items()}
         after = Rebounds(**at, codes=codes)
-        return bounce(
-            table.handle, count, ctypes.byref(given), rows.seed, ctypes.byref(after)
-        )
+        return bounce(table.handle, count, ctypes.byref(given), rows.seed, ctypes.byref(after))
 
     return _run(run, rows, threads)
 

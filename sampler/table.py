@@ -19,6 +19,7 @@ from sampler.arguments import (
     broadcast,
     check_grain_word,
     check_written,
+    present,
 )
 from sampler.errors import InputError, TableError, refuse
 from sampler.files import find_table
@@ -30,6 +31,7 @@ from sampler.messages import Counting, Counts, Covered
 
 if TYPE_CHECKING:
     from sampler.device.device_table import DeviceTable
+
 
 class Table(LawAtConditions, Counting):
     """A rebound table in memory, from `load`.
@@ -61,7 +63,8 @@ class Table(LawAtConditions, Counting):
     covered : Covered
         Angles, speeds and spins that lie inside, for both laws; ``str(table.covered)`` says it.
     counts : dict of int
-        Numbers of draws so far with an ``angle``, ``speed`` or ``spin`` outside, and ``extrapolated``.
+        Numbers of draws so far: those with an ``angle``, ``speed`` or ``spin`` outside, and those
+        at speeds at which the pair was not measured, ``extrapolated``.
     speed_independent : bool
         Whether rebounds do not depend on the speed; then no speed lies outside.
     outside
@@ -218,12 +221,15 @@ class Table(LawAtConditions, Counting):
             If an input has a wrong type or shape, is not finite or not allowed (with
             ``outside="raise"`` also: outside the table). Names the first row.
         """
-        given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
-        call = self._call(given, "spin", spin, grain, Keys(seed, index, hit, rng, size))
+        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
+        call = self._call(given, grain, Keys(seed, index, hit, rng, size))
         check_written("out", out, (*call.shape, len(self.columns)), np.float64, np.float32)
         threads = as_threads(threads)
-        if out is not None and out.dtype == np.float64 and out.flags.c_contiguous and not any(
-            np.may_share_memory(out, values) for values in call.rows.arrays.values()
+        if (
+            out is not None
+            and out.dtype == np.float64
+            and out.flags.c_contiguous
+            and not any(np.may_share_memory(out, values) for values in call.rows.arrays.values())
         ):
             states = out
             self._refuse(call, self._drawn(call, None, threads))  # before anything is written
@@ -299,20 +305,14 @@ class Table(LawAtConditions, Counting):
         InputError
             As `sample`; also if a particle does not approach the wall or a normal is zero.
         """
-        given: dict[str, ArrayLike] = {
-            "velocity": velocity,
-            "normal": normal,
-            "half_size": half_size,
-        }
         isotropic = as_isotropic(isotropic, roughness)
-        for name, values in (("wall_velocity", wall_velocity), ("roughness", roughness)):
-            if values is not None:
-                given[name] = values
-        call = self._call(given, "omega", omega, grain, Keys(seed, index, hit, rng, size))
+        given = {"velocity": velocity, "normal": normal, "half_size": half_size}
+        given |= present(omega=omega, wall_velocity=wall_velocity, roughness=roughness)
+        call = self._call(given, grain, Keys(seed, index, hit, rng, size))
         check_written("works", works, (*call.shape, 2), np.float64)
         check_written("codes", codes, call.shape, np.intc)
         if works is not None and not {"work_normal", "work_shear"} <= {*self.columns}:
-            raise InputError("works: the table has none; allowed: with work_normal and work_shear")
+            raise InputError(f"works: got an array, but the table {self.pair} has no works")
         results = {"velocity": np.empty((call.rows.n, 3)), "omega": np.empty((call.rows.n, 3))}
         if works is not None:
             results["works"] = np.empty((call.rows.n, 2))
@@ -325,8 +325,10 @@ class Table(LawAtConditions, Counting):
             codes[...] = errors.OK
         else:
             codes[...] = found.reshape(call.shape)
+            refused = self._refused(found)
+            found[refused] = errors.OK  # not drawn, hence not counted
             for values in results.values():
-                values[self._refused(found)] = np.nan
+                values[refused] = np.nan
         if works is not None:
             works[...] = results["works"].reshape(works.shape)
         self._count(call, found, 3)
@@ -411,33 +413,22 @@ class Table(LawAtConditions, Counting):
         check_grain_word(grain)
         if self.has_spin:
             return
-        law = f"the table {self.pair} has no spin law"
-        fresh = isinstance(grain, str) and (grain == "fresh" or name == "spin")
+        asked, law = name if spin is not None else "grain", f"the table {self.pair} has no spin law"
+        fresh = "" if name == "spin" else ', with grain="fresh"'
         if spin is not None or not isinstance(grain, str):
-            asked = "grain" if spin is None else name
-            raise InputError(f'{asked}: is given, but {law}: leave it out, with grain="fresh"')
-        if not fresh:
+            raise InputError(f"{asked}: is given, but {law}: leave it out{fresh}")
+        if fresh and grain == "own":
             raise InputError(f'grain: is "own", but {law}: give grain="fresh", a first impact')
 
-    def _call(
-        self,
-        given: dict[str, ArrayLike],
-        name: str,
-        spin: ArrayLike | None,
-        grain: Grain,
-        keys: Keys,
-    ) -> Call:
-        """Make rows of the arguments of a call, with the spin and the grain where they count."""
-        self.check_spin(name, spin, grain)
-        if spin is not None:
-            given = given | {name: spin}
+    def _call(self, given: dict[str, Any], grain: Grain, keys: Keys) -> Call:
+        """Make rows of the arguments of a call."""
+        name = "omega" if "velocity" in given else "spin"
+        self.check_spin(name, given.get(name), grain)
         if isinstance(grain, str):
             return broadcast(given, keys, fresh=grain == "fresh")
         return broadcast(given | {"grain": grain}, keys)
 
-    def _drawn(
-        self, call: Call, states: NDArray[np.float64] | None, threads: int | None
-    ) -> Codes:
+    def _drawn(self, call: Call, states: NDArray[np.float64] | None, threads: int | None) -> Codes:
         """Draw states, or find the codes alone."""
         return self._with_misfits(call, library.sample(self._table, call.rows, states, threads))
 
