@@ -143,7 +143,7 @@ def checked_constants() -> str:
         f"#define RBTI_END_MIRRORED {END_MIRRORED}",
         "/* channels (bits) from which each variable is made */",
         f"#define RBTI_NEEDS {{{needs}}}",
-        f"#define RBTI_NORMAL_HAT {1 << CHANNELS.index('normal_hat'):#x}u",
+        f"#define RBTI_NORMAL_HAT {1 << CHANNELS.index('normal_hat'):#x}",
         f"#define RBTI_LEAST_ANY_SPEED {low!r}",
         f"#define RBTI_MOST_ANY_SPEED {high!r}",
         f"#define RBTI_MOST_NUMBER {bounds.MOST_NUMBER!r} /* of a node */",
