@@ -40,7 +40,6 @@ from sampler.formats.layout import (
 )
 from sampler.formats.table_shapes import check_shapes
 
-
 #: Bytes of a chunk of a compressed dataset, if a row has not more.
 _CHUNK = 2**19
 
