@@ -33,48 +33,40 @@ _PLACE = Path(__file__).with_name("librebound.so")
 _VARIABLE = "REBOUND_SAMPLER_LIBRARY"
 
 
-class _Report(ctypes.Structure):
-    """``rbt_report``."""
-
-    _fields_ = (
-        *((name, c_size_t) for name in ("row", "clamped_row", "clamped")),
-        *((name, c_size_t) for name in ("extrapolated", "extrapolated_row")),
-    )
+def _record(name: str, addresses: str, *others: tuple[str, Any]) -> Any:
+    """Make a record of `rebound_sampler.h`: addresses, then other fields."""
+    fields = *((field, c_void_p) for field in addresses.split()), *others
+    return type(name, (ctypes.Structure,), {"_fields_": fields})
 
 
-class _Conditions(ctypes.Structure):
-    """``rbt_conditions``."""
-
-    _fields_ = (
-        *((name, c_void_p) for name in ("alpha1", "speed", "spin", "grain", "index", "hit")),
-        ("fresh_grains", c_int),
-    )
-
-
-class _Impacts(ctypes.Structure):
-    """``rbt_impacts``."""
-
-    _fields_ = (
-        *((name, c_void_p) for name in ("velocity", "normal", "half_size", "wall_velocity")),
-        *((name, c_void_p) for name in ("index", "hit", "omega", "roughness", "grain")),
-        *((name, c_int) for name in ("fresh_grains", "isotropic")),
-    )
-
+Conditions = _record("Conditions", "alpha1 speed spin grain index hit", ("fresh", c_int))
+Impacts = _record(
+    "Impacts",
+    "velocity normal half_size wall_velocity omega roughness grain index hit",
+    *(("fresh", c_int), ("isotropic", c_int)),
+)
+Rebounds = _record(
+    "Rebounds",
+    "velocity omega works codes",
+    *(("bad", c_size_t), ("first_bad", c_size_t), ("flagged", c_size_t * 4)),
+)
 
 #: Functions of the library: result, then arguments.
 _FUNCTIONS: dict[str, tuple[Any, ...]] = {
-    "rbt_open_memory": (c_int, c_void_p, c_size_t, c_void_p),
+    "rbt_open_image": (c_int, c_void_p, c_size_t, c_void_p),
     "rbt_close": (None, c_void_p),
     "rbt_strerror": (c_char_p, c_int),
-    "rbt_grains_batch": (c_int, c_void_p, c_size_t, c_uint64, c_void_p, c_void_p),
-    "rbt_sample_batch": (
-        *(c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p),
-    ),
-    "rbt_rebound_batch": (
-        *(c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p),
-    ),
-    "rbt_wall_tilt": (c_int, c_double, c_double, c_double, c_double, c_void_p),
+    "rbt_covered": (c_int, c_void_p, c_void_p),
+    "rbt_grains": (c_int, c_void_p, c_size_t, c_uint64, c_void_p, c_void_p, c_void_p),
+    "rbt_sample": (c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p, c_void_p),
+    "rbt_rebound": (c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p),
     "rbt_mean_half_size": (c_double, c_void_p, c_double),
+    # of library.c: the number of rows, the arguments, the result
+    "rbt_wall_tilt_rows": (None, c_size_t, *5 * [c_void_p]),
+    "rbt_gas_torque_rows": (None, c_size_t, *6 * [c_void_p]),
+    "rbt_spin_after_rows": (None, c_size_t, *8 * [c_void_p]),
+    "rbt_half_size_rows": (None, c_size_t, *4 * [c_void_p]),
+    "rbt_deposits_rows": (None, c_size_t, *5 * [c_void_p]),
 }
 
 
@@ -116,7 +108,7 @@ class OpenTable:
     ----------
     image : uint8 array
     handle : int
-        Address of the ``rbt_table``, for C, `sampler.draw` and `sampler.rebound`.
+        Address of the ``rbt_table``, for C and `sampler.numba`.
 
     Raises
     ------
@@ -130,7 +122,7 @@ class OpenTable:
             moved[:] = image
             image = moved
         table = c_void_p()
-        code = library().rbt_open_memory(image.ctypes.data, image.size, ctypes.addressof(table))
+        code = library().rbt_open_image(image.ctypes.data, image.size, ctypes.addressof(table))
         if code != OK:
             raise TableError(library().rbt_strerror(code).decode())
         assert table.value is not None
@@ -140,25 +132,12 @@ class OpenTable:
     def __reduce__(self) -> tuple[Any, ...]:
         return OpenTable, (self.image,)
 
-
-class Report(NamedTuple):
-    """What a batch reports of its rows; rows are -1 for none.
-
-    Attributes
-    ----------
-    bad_row, code : int
-        The first row with an error, and its code.
-    clamped_row, clamped : int
-        The first row outside the table, and how many there are.
-    extrapolated : int
-        Number of rows with a speed at which the laws of the pair were not measured.
-    """
-
-    bad_row: int
-    code: int
-    clamped_row: int
-    clamped: int
-    extrapolated: int
+    def covered(self) -> dict[str, tuple[float, float]]:
+        """Give the ends of what ``rbt_covered`` names: alpha1, rad, speed, spin, measured."""
+        ends = np.empty((4, 2))
+        library().rbt_covered(self.handle, ends.ctypes.data)
+        names = ("alpha1", "speed", "spin", "measured")
+        return {name: (float(a), float(b)) for name, (a, b) in zip(names, ends, strict=True)}
 
 
 class Rows(NamedTuple):
@@ -181,7 +160,13 @@ class Rows(NamedTuple):
     fresh: bool
 
 
-def sample(table: OpenTable, rows: Rows, states: NDArray[Any], threads: int | None) -> Report:
+#: Codes of all rows; None: all are 0.
+Codes = NDArray[np.intc] | None
+
+
+def sample(
+    table: OpenTable, rows: Rows, states: NDArray[np.float64] | None, threads: int | None
+) -> Codes:
     """Draw the states of all rows.
 
     Parameters
@@ -189,19 +174,17 @@ def sample(table: OpenTable, rows: Rows, states: NDArray[Any], threads: int | No
     table : OpenTable
     rows : Rows
         ``alpha1``, ``speed``, ``index``, ``hit`` and, if they are given, ``spin`` and ``grain``.
-    states : float64 or float32 array, shape (n, n_columns), written
+    states : contiguous float64 array, shape (n, n_columns), written; or None
+        Where rows have an error, NaN. None: only the codes are found.
     threads : int or None
         None: as many as the number of rows is worth.
     """
-    draw = library().rbt_sample_batch
-    single = states.dtype == np.float32
+    draw = library().rbt_sample
 
-    def run(place: Callable[[str], int | None], start: int, count: int, report: int) -> int:
-        given = _Conditions(*map(place, ("alpha1", "speed", "spin", "grain", "index", "hit")))
-        given.fresh_grains = rows.fresh
-        out = states.ctypes.data + start * states.strides[0]
-        where = (None, out) if single else (out, None)
-        return draw(table.handle, count, ctypes.addressof(given), rows.seed, *where, report)
+    def run(place: Callable[[str], int | None], start: int, count: int, codes: int) -> int:
+        given = _filled(Conditions, place, fresh=rows.fresh)
+        out = None if states is None else states.ctypes.data + start * states.strides[0]
+        return draw(table.handle, count, ctypes.byref(given), rows.seed, out, codes)
 
     return _run(run, rows, threads)
 
@@ -209,11 +192,10 @@ def sample(table: OpenTable, rows: Rows, states: NDArray[Any], threads: int | No
 def rebound(
     table: OpenTable,
     rows: Rows,
-    velocity: NDArray[np.float64],
-    omega: NDArray[np.float64],
+    results: dict[str, NDArray[np.float64]],
     threads: int | None,
     isotropic: bool,
-) -> Report:
+) -> Codes:
     """Rebound the particles of all rows.
 
     Parameters
@@ -222,23 +204,29 @@ def rebound(
     rows : Rows
         ``velocity``, ``normal``, ``half_size``, ``index``, ``hit`` and, if they are given,
         ``wall_velocity``, ``omega``, ``roughness`` and ``grain``.
-    velocity, omega : float64 array, shape (n, 3), written
-        After the rebound, m/s and rad/s, lab frame.
+    results : dict of contiguous float64 arrays, written
+        ``velocity`` and ``omega``, shape (n, 3), and ``works``, shape (n, 2), if they are wanted;
+        NaN where rows have an error.
     threads : int or None
         As for `sample`.
     isotropic : bool
         Whether facets of rough walls are tilted across the plane of incidence as well.
     """
-    bounce = library().rbt_rebound_batch
-    names = [field[0] for field in _Impacts._fields_ if field[1] is c_void_p]
+    bounce = library().rbt_rebound
 
-    def run(place: Callable[[str], int | None], start: int, count: int, report: int) -> int:
-        given = _Impacts(*map(place, names))
-        given.fresh_grains, given.isotropic = rows.fresh, isotropic
-        after = [array.ctypes.data + 24 * start for array in (velocity, omega)]
-        return bounce(table.handle, count, ctypes.addressof(given), rows.seed, *after, report)
+    def run(place: Callable[[str], int | None], start: int, count: int, codes: int) -> int:
+        given = _filled(Impacts, place, fresh=rows.fresh, isotropic=isotropic)
+        at = {name: array.ctypes.data + start * array.strides[0] for name, array in results.items()}
+        after = Rebounds(**at, codes=codes)
+        return bounce(table.handle, count, ctypes.byref(given), rows.seed, ctypes.byref(after))
 
     return _run(run, rows, threads)
+
+
+def _filled(record: Any, place: Callable[[str], int | None], **flags: bool) -> Any:
+    """Make a record of the addresses that its fields have."""
+    names = (name for name, kind in record._fields_ if kind is c_void_p)
+    return record(**{name: place(name) for name in names}, **flags)
 
 
 def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> NDArray[np.float64]:
@@ -246,12 +234,12 @@ def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> ND
     whole = np.ascontiguousarray(np.broadcast_to(index, (n,)))
     found = np.empty((n, 3))
     address = found.ctypes.data
-    library().rbt_grains_batch(table.handle, n, seed, whole.ctypes.data, address)
+    library().rbt_grains(table.handle, n, seed, whole.ctypes.data, None, address)
     return found
 
 
-def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Report:
-    """Run a batch function over slices of all rows, up to the first with an error."""
+def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Codes:
+    """Run a function over slices of all rows; return their codes."""
     n = rows.n
     if threads is None:
         worth = n // _ROWS_PER_THREAD
@@ -261,33 +249,23 @@ def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Report:
     arrays = {name: _long_enough(array, n, longest) for name, array in rows.arrays.items()}
     at = {name: array.ctypes.data for name, array in arrays.items()}
     step = {name: array.strides[0] if len(array) == n else 0 for name, array in arrays.items()}
-    first_bad = [n]  # start of a slice with an error: those behind it need not run
+    codes = np.empty(n, np.intc)
 
-    def part(ends: tuple[int, int]) -> Report:
+    def part(ends: tuple[int, int]) -> int:
         start, end = ends
-        report = _Report()
-        if start > first_bad[0] or end == start:
-            return Report(-1, OK, -1, 0, 0)
 
         def place(name: str) -> int | None:
             return at[name] + start * step[name] if name in at else None
 
-        code = run(place, start, end - start, ctypes.addressof(report))
-        if code < OK:
-            first_bad[0] = min(first_bad[0], start)
-        return Report(
-            start + report.row if code < OK else -1,
-            min(code, OK),
-            start + report.clamped_row if report.clamped else -1,
-            report.clamped,
-            report.extrapolated,
-        )
+        return run(place, start, end - start, codes.ctypes.data + start * codes.itemsize)
 
     slices = list(pairwise(n * k // parts for k in range(parts + 1)))
     if threads == 1:
-        return _merged([part(ends) for ends in slices])
-    with ThreadPoolExecutor(threads) as pool:
-        return _merged(list(pool.map(part, slices)))
+        found = [part(ends) for ends in slices]
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            found = list(pool.map(part, slices))
+    return codes if any(found) else None
 
 
 def _long_enough(array: NDArray[Any], n: int, longest: int) -> NDArray[Any]:
@@ -302,12 +280,3 @@ def processors() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-def _merged(parts: list[Report]) -> Report:
-    """Put the reports of slices together; counts are of the rows before the first error."""
-    bad = next((k for k, part in enumerate(parts) if part.bad_row >= 0), len(parts) - 1)
-    told = parts[: bad + 1]
-    first = next((part.clamped_row for part in told if part.clamped_row >= 0), -1)
-    clamped, extrapolated = sum(p.clamped for p in told), sum(p.extrapolated for p in told)
-    return Report(parts[bad].bad_row, parts[bad].code, first, clamped, extrapolated)

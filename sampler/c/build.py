@@ -3,10 +3,11 @@
     python sampler/c/build.py
 
 `rebound_sampler.h` is the sections of `src/` one behind another: what users of C take is one file,
-what people read is many. The compiler is that of the variable CC, else gcc, clang or cc, else the one of the ``ziglang``
-wheel; flags of the variable CFLAGS come last. No Python headers are needed. The hot loops are
-compiled for several levels of x86-64 where the compiler can do that, and the loader takes the one
-for the processor; bits do not depend on it. The zig compiler brings sines, logarithms and the like
+what people read is many; `library.c` adds what Python alone needs. The compiler is that of the
+variable CC, else gcc, clang or cc, else the one of the ``ziglang`` wheel; flags of the variable
+CFLAGS come last. No Python headers are needed. The hot loops are compiled for several levels of
+x86-64 where the compiler can do that, and the loader takes the one for the processor; bits do not
+depend on it. The zig compiler brings sines, logarithms and the like
 of its own, which move last digits of rebounds from rough walls and of exactly normal impacts.
 """
 
@@ -20,6 +21,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 HEADER = HERE / "rebound_sampler.h"
+SOURCE = HERE / "library.c"
 LIBRARY = HERE.parent / "librebound.so"
 
 #: Sections of the header, in their order.
@@ -54,14 +56,14 @@ def header() -> str:
     return "\n".join(section.read_text(encoding="utf-8") for section in sections)
 
 
-def build(library: Path = LIBRARY) -> None:
+def build(library: Path = LIBRARY, source: Path = SOURCE) -> None:
     """Write header and library; raises `SystemExit` with one line if that cannot be done."""
     HEADER.write_text(header(), encoding="utf-8")
     words = compiler()
     if not words:
         raise SystemExit("no C compiler found: install gcc or clang, or pip install ziglang")
     flags = shlex.split(os.environ.get("CFLAGS", ""))
-    command = [*words, *FLAGS, *flags, "-x", "c", str(HEADER), "-o", str(library), "-lm"]
+    command = [*words, *FLAGS, *flags, "-x", "c", str(source), "-o", str(library), "-lm"]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(f"{shlex.join(command)}\n{done.stderr}the draw was not compiled")

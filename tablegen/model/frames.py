@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from sampler.errors import HALF_SIZE_NOT_POSITIVE, NORMAL_NOT_USABLE, NOT_FINITE, OK
+from sampler.errors import HALF_SIZE, NORMAL_NOT_USABLE, NOT_FINITE, OK
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel
 from tablegen.model.random_numbers import philox_block, uniform
 
@@ -112,7 +112,7 @@ def impact_status(velocity, normal, half_size, wall_velocity):
     if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
         return NORMAL_NOT_USABLE
     if half_size < _LEAST_HALF_SIZE:
-        return HALF_SIZE_NOT_POSITIVE
+        return HALF_SIZE
     return OK
 
 

@@ -121,7 +121,8 @@ def depart(
     wall = np.array([0.0, 1.0, 0.0])
     after = model.rebound(velocity, wall, np.ones(n), **given, **keys, works=works)
     states = np.hstack([after.velocity, after.omega]) / impacts.speed[:, None]
-    return Departures(impacts, states, after.orientation, works)
+    over = works / (0.5 * np.square(impacts.speed)[:, None])
+    return Departures(impacts, states, after.orientation, over)
 
 
 def _towards(alpha1: FloatArray) -> FloatArray:

@@ -85,8 +85,6 @@ def test_draws_with_spin_have_the_bits_of_the_table(cupy, grain):
     given = CONDITIONS | {"spin": RNG.standard_normal((N, 3))}
     found = table.to_device().sample(**there(cupy, given), grain=grain)
     same(cupy, found, table.sample(**given, grain=grain))
-    spheres = load("spin", population={"shapes": {"sphere": 1.0}})
-    same(cupy, spheres.to_device().sample(**there(cupy, CONDITIONS)), spheres.sample(**CONDITIONS))
     less = sampler.Table(less_spheres(table.contents))
     same(cupy, less.to_device().sample(**there(cupy, given)), less.sample(**given), 1e-5)
 

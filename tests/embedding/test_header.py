@@ -84,19 +84,6 @@ def test_queries(library):
             assert ends.tolist() == valid
 
 
-def test_a_file_of_version_1_0_gives_the_states_that_it_gave(library):
-    old, found = VECTORS.parent / "data" / "full-1.0.rbt", np.zeros((2, 500, 6))
-    rng = np.random.default_rng(1)
-    alpha1, speed = rng.uniform(0.3, 1.5, 500), rng.uniform(45.0, 125.0, 500)
-    keys = 5, rng.integers(0, 2**64, 500, dtype=np.uint64), np.arange(500, dtype=np.uint32)
-    for path, states in zip((old, VECTORS / "full.rbt"), found, strict=True):
-        with toolchain.opened(library, path) as table:
-            assert library.rbt_has_spin_law(table) == 0
-            library.rbt_draw_batch(table, 500, alpha1, speed, None, *keys, states, None)
-    np.testing.assert_array_equal(*found)
-    assert old.read_bytes()[10:12] == b"\0\0"
-
-
 def test_tilt_of_a_profile(library):
     tilt = np.full(1, 7.0)
     for lengths in ((2e-6, 3e-6, 2e-5, 1e-6), (2e-6, 3e-6, 2e-5, 1.0), (0.0, 0.0, 1.0, 1.0)):

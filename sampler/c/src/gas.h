@@ -5,7 +5,8 @@
 #define RBTI_TORQUE_A (128.4 / (64.0 * RBTI_PI))
 #define RBTI_TORQUE_B (12.9 / (64.0 * RBTI_PI))
 
-/* The rotation of the gas less that of the particle, and its Reynolds number. */
+/* The rotation of the gas less that of the particle, and its Reynolds number; 0 without viscosity, where
+   there is no torque. */
 RBTI_INLINE RBT_DEVICE double rbti_slip(const double omega[3], double diameter, double density,
                                         double viscosity, const double gas_rotation[3],
                                         double slip[3])
@@ -13,7 +14,8 @@ RBTI_INLINE RBT_DEVICE double rbti_slip(const double omega[3], double diameter, 
     for (int k = 0; k < 3; k++)
         slip[k] = (gas_rotation == NULL ? 0.0 : gas_rotation[k]) - omega[k];
     const double size = sqrt(slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2]);
-    return density * diameter * diameter * size / viscosity;
+    const double reynolds = density * diameter * diameter * size / viscosity;
+    return rbti_finite(reynolds) ? reynolds : 0.0;
 }
 
 /* Share of the slip that is left after a time in relaxation times of Stokes. From RBTI_TORQUE_FROM on

@@ -150,7 +150,8 @@ typedef struct rbt_table rbt_table;
 
 #ifndef RBT_DEVICE_ONLY
 
-/* Open a binary table (.rbt) and check everything in it, its checksum included.
+/* Open a binary table (.rbt) and check that it is whole: its checksum, and all that a draw takes as
+   an index. What its numbers mean was checked when it was made.
 
    The file is mapped where the system can do that, so that all programs of a machine share one copy
    in memory, and read otherwise. A mapped file must not be overwritten in place while it is open, as
@@ -168,7 +169,7 @@ RBT_API RBT_MUST_USE int rbt_open_memory(const void *image, size_t size, rbt_tab
 /* End a table; NULL is allowed. */
 RBT_API void rbt_close(rbt_table *table);
 
-/* One line on a return code; a constant string, never NULL. */
+/* One line on a return code, of a sum of flags on the lowest; a constant string, never NULL. */
 RBT_API const char *rbt_strerror(int code);
 
 #endif
@@ -296,7 +297,7 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double r
    a time, s; omega: as a rebound gives it, the mean over the particle's tumbling.
 
    diameter: of the sphere of equal volume, m; density, kg/m3, and viscosity, Pa s: of the gas; all
-   above 0. gas_rotation: half the curl of the gas velocity, rad/s; NULL: 0. The torque is that on a
+   above 0, or a viscosity of 0: no torque. gas_rotation: half the curl of the gas velocity, rad/s; NULL: 0. The torque is that on a
    sphere that turns in a gas at rest,
 
        (density / 2) (diameter / 2)^5 C |slip| slip,  slip = gas_rotation - omega,
@@ -342,8 +343,8 @@ typedef struct rbt_axis {
 typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots, n_outcomes; /* 0 shapes: no law */
     double least_spin, most_spin; /* squares of the sizes of the spin that it covers */
-    double alpha_first, alpha_last, alpha_low, alpha_high;
-    double speed_first, speed_last, speed_low, speed_high, speed_scale, speed_exponent;
+    double alpha_first, alpha_last, speed_first, speed_last, speed_high;
+    double speed_scale, speed_exponent;
     double aspect[8];
     const int32_t *shape_codes;
     const double *shape_shares, *shape_ratios, *shape_inertia;
@@ -364,7 +365,7 @@ struct rbt_table {
     double variate_max, variate_scale;
     int32_t n_knots, n_components, n_classes, n_channels, n_marginals, n_columns, stride;
     int32_t spheres; /* whether rebounds follow from laws of contact; then there are no nodes */
-    int32_t n_laws;  /* numbers of them; 0: none */
+    int32_t n_laws;  /* numbers of the laws of contact; 0: none */
     const double *laws;
     int8_t channels[RBTI_NAMES], marginals[RBTI_NAMES], columns[RBTI_NAMES];
     uint32_t held; /* bits of the variables among the columns */

@@ -46,7 +46,7 @@ RBT_API RBT_DEVICE rbt_table rbt_moved(const rbt_table *table, const void *copy)
 {
     rbti_header header;
     rbt_table moved = *table;
-    rbti_read_header(table->image, &header);
+    memcpy(&header, table->image, sizeof header);
     rbti_point(&moved, &header, (const char *)copy);
     moved.to_free = moved.to_unmap = NULL;
     return moved;

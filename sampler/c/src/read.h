@@ -12,29 +12,19 @@ static RBT_DEVICE void rbti_fill_axis(rbt_axis *axis, const double ends_origin_s
     axis->grid = (int32_t)grid;
 }
 
-/* Numbers of the spin law; none of a table without it. */
+/* Numbers of the spin law. */
 static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *h)
 {
     law->n_shapes = (int32_t)h->n_shapes;
-    if (law->n_shapes == 0)
-        return;
     law->n_nodes = (int32_t)h->n_nodes;
     law->n_leaves = (int32_t)h->n_leaves;
     law->n_knots = (int32_t)h->n_spin_knots;
-    law->n_outcomes = (int32_t)rbti_outcomes(h);
+    law->n_outcomes = (int32_t)h->n_outcomes;
     law->alpha_first = h->spin_alpha[0];
     law->alpha_last = h->spin_alpha[1];
-    law->alpha_low = law->alpha_first * (1.0 - RBTI_ROUNDING);
-    law->alpha_high = law->alpha_last * (1.0 + RBTI_ROUNDING);
     law->speed_first = h->spin_speed[0];
     law->speed_last = h->spin_speed[1];
-    law->speed_low = law->speed_first * (1.0 - RBTI_ROUNDING);
     law->speed_high = law->speed_last * (1.0 + RBTI_ROUNDING);
-    if (h->flags & RBTI_SPEED_INDEPENDENT) {
-        const double any[2] = {RBTI_ANY_SPEED_BOUNDS};
-        law->speed_low = any[0];
-        law->speed_high = any[1];
-    }
     law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
     law->least_spin = h->spin_size[0] * h->spin_size[0] * (1.0 - RBTI_ROUNDING);
@@ -48,13 +38,8 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     const double speed[4] = {h->speed_first, h->speed_last, h->speed_origin, h->speed_scale};
     rbti_fill_axis(&table->alpha, alpha, h->alpha_offset, h->n_alpha, h->n_alpha_grid);
     rbti_fill_axis(&table->speed, speed, h->speed_offset, h->n_speed, h->n_speed_grid);
-    if (h->flags & RBTI_SPEED_INDEPENDENT) { /* any that is positive and finite */
-        const double any[2] = {RBTI_ANY_SPEED_BOUNDS};
-        table->speed.low = any[0];
-        table->speed.high = any[1];
-    }
     table->spheres = (h->flags & RBTI_SPHERES) != 0;
-    table->n_laws = (int32_t)(table->spheres ? h->n_alpha_grid : h->n_shapes > 0 ? h->n_laws : 0);
+    table->n_laws = (int32_t)h->n_laws;
     table->variate_max = h->variate_max;
     if (!table->spheres)
         table->variate_scale = ((double)h->n_knots - 1.0) / (2.0 * h->variate_max);
@@ -73,12 +58,14 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
     table->least_inertia = h->least_inertia;
     rbti_fill_spin_law(&table->spin, h);
-    if (table->spheres) { /* at any angle, speed and spin */
-        const double any[2] = {RBTI_ANY_SPEED_BOUNDS};
-        table->alpha.low = table->speed.low = RBTI_LEAST_ANGLE;
-        table->spin.alpha_low = table->spin.speed_low = RBTI_LEAST_ANGLE;
-        table->alpha.high = table->spin.alpha_high = RBTI_HALF_PI + RBTI_ROUNDING;
-        table->speed.high = table->spin.speed_high = table->spin.most_spin = any[1];
+    if (table->spheres || h->flags & RBTI_SPEED_INDEPENDENT) { /* any that is positive and finite */
+        table->speed.low = RBTI_LEAST_ANY_SPEED;
+        table->speed.high = table->spin.speed_high = RBTI_MOST_ANY_SPEED;
+    }
+    if (table->spheres) { /* any angle and spin */
+        table->alpha.low = RBTI_LEAST_ANGLE;
+        table->alpha.high = RBTI_HALF_PI + RBTI_ROUNDING;
+        table->spin.most_spin = RBTI_MOST_ANY_SPEED;
     }
     for (uint32_t row = 0; row < RBTI_NAMES; row++) {
         const int channel = h->channels[row];
@@ -89,23 +76,14 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     table->pair[sizeof table->pair - 1] = 0;
 }
 
-/* Let a table read the arrays of an image at some address. */
+/* Let a table read the arrays of an image at some address; those that it lacks are NULL. */
 static RBT_DEVICE void rbti_point(rbt_table *table, const rbti_header *h, const char *image)
 {
     table->image = image;
-#define RBTI_DO(name, member, type, rows, numbers, extra)                                          \
-    table->member = (const type *)(const void *)(image + h->at_##name);
+#define RBTI_DO(name, member, type, count, rows, numbers, extra)                                   \
+    table->member = count == 0 ? NULL : (const type *)(const void *)(image + h->at_##name);
     RBTI_ARRAYS(RBTI_DO)
-    if (h->n_shapes > 0) {
-        RBTI_SPIN_ARRAYS(RBTI_DO)
-        if (h->at_shape_inertia > 0)
-            RBTI_INERTIA_ARRAYS(RBTI_DO)
-        if (h->n_laws > 0)
-            RBTI_LAW_ARRAYS(RBTI_DO)
-    }
 #undef RBTI_DO
-    if (table->spheres)
-        table->laws = table->alpha.coordinate;
 }
 
 RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size)
@@ -113,7 +91,7 @@ RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size)
     rbti_header header;
     rbt_table table;
     memset(&table, 0, sizeof table);
-    rbti_read_header((const char *)image, &header);
+    memcpy(&header, image, sizeof header);
     rbti_fill_table(&table, &header);
     rbti_point(&table, &header, (const char *)image);
     table.image_size = size;
@@ -122,55 +100,40 @@ RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size)
 
 #ifndef RBT_DEVICE_ONLY
 
-/* Check an image of spheres and fill a table from it. */
-static int rbti_read_spheres(const char *image, const rbti_header *h, rbt_table *table)
-{
-    RBTI_NEED(rbti_pair_holds(h) && rbti_name_bits(h->columns, h->n_columns, RBT_VALUES),
-              RBT_ERR_NAMES);
-    RBTI_NEED(h->n_columns <= RBTI_NAMES && h->n_shapes == 1, RBT_ERR_DIMENSIONS);
-    RBTI_NEED(rbti_lies(h, h->at_alpha_coordinate, h->n_alpha_grid, 1, 0, sizeof(double)) &&
-                  rbti_lies(h, h->at_shape_codes, 1, 1, 0, sizeof(int32_t)) &&
-                  rbti_lies(h, h->at_shape_shares, 1, 1, 0, sizeof(double)) &&
-                  rbti_lies(h, h->at_shape_ratios, 1, 2, 0, sizeof(double)),
-              RBT_ERR_OFFSETS);
-    RBTI_NEED(rbti_range_holds(h->valid_speed[0], h->valid_speed[1], 0.0, 1e300), RBT_ERR_INDICES);
-    rbti_fill_table(table, h);
-    rbti_point(table, h, image);
-    RBTI_CHECK(rbti_check_laws(table));
-    return rbti_check_grains(&table->spin);
-}
-
-/* Check an image and fill a table from it. */
-static int rbti_read(const char *image, size_t size, rbt_table *table)
+/* Check an image, its checksum too if it has one, and fill a table from it. */
+static int rbti_read(const char *image, size_t size, int summed, rbt_table *table)
 {
     rbti_header header;
     memset(table, 0, sizeof *table);
     RBTI_CHECK(rbti_check_start(image, size, &header));
-    RBTI_CHECK(rbti_check_sum(image, size, &header));
-    table->image_size = size;
-    if (header.flags & RBTI_SPHERES)
-        return rbti_read_spheres(image, &header, table);
+    if (summed)
+        RBTI_CHECK(rbti_check_sum(image, size, &header));
     RBTI_CHECK(rbti_check_dimensions(&header));
     RBTI_CHECK(rbti_check_names(&header));
     RBTI_CHECK(rbti_check_offsets(&header));
+    table->image_size = size;
     rbti_fill_table(table, &header);
-    RBTI_CHECK(rbti_check_axes(table));
     rbti_point(table, &header, image);
-    return rbti_check_values(table, &header);
+    return rbti_check_indices(table, &header);
 }
 
-RBT_API int rbt_open_memory(const void *image, size_t size, rbt_table **table)
+static int rbti_open(const void *image, size_t size, int summed, rbt_table **table)
 {
+    RBTI_NEED(table, RBT_ERR_MISSING);
     *table = NULL;
-    if ((uintptr_t)image % 64 != 0)
-        return RBT_ERR_OFFSETS;
+    RBTI_NEED(image, RBT_ERR_MISSING);
+    RBTI_NEED((uintptr_t)image % 64 == 0, RBT_ERR_OFFSETS);
     rbt_table *made = (rbt_table *)RBT_MALLOC(sizeof *made);
-    if (!made)
-        return RBT_ERR_NO_MEMORY;
-    const int code = rbti_read((const char *)image, size, made);
+    RBTI_NEED(made, RBT_ERR_NO_MEMORY);
+    const int code = rbti_read((const char *)image, size, summed, made);
     if (code == RBT_OK)
         *table = made;
     else
         RBT_FREE(made);
     return code;
+}
+
+RBT_API int rbt_open_memory(const void *image, size_t size, rbt_table **table)
+{
+    return rbti_open(image, size, 1, table);
 }
