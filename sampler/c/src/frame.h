@@ -151,7 +151,8 @@ RBTI_INLINE RBT_DEVICE int rbti_to_spin(const rbti_impact *impact, const double 
     spin[0] = scale * rbti_dot(omega, impact->e_x);
     spin[1] = scale * rbti_dot(omega, impact->e_y);
     spin[2] = scale * rbti_dot(omega, impact->e_z);
-    return RBT_OK;
+    const double speed = impact->speed, energy = speed * speed * (1.0 + rbti_dot(spin, spin));
+    return rbti_finite(energy) ? RBT_OK : RBT_ERR_NOT_FINITE;
 }
 
 /* A drawn state in the lab frame. */
