@@ -59,12 +59,14 @@ RBTI_INLINE RBT_DEVICE int rbti_flags(const rbt_table *table, double alpha1, dou
     return angle * RBT_ANGLE | fast * RBT_SPEED | far * RBT_EXTRAPOLATED;
 }
 
+#ifdef RBTI_BLOCKS
 /* Whether a condition is none, without branches; rbti_error says why. */
 RBTI_INLINE RBT_DEVICE int rbti_is_bad(double alpha1, double speed)
 {
     const int bad = (alpha1 <= 0.0) | (alpha1 > RBTI_HALF_PI + RBTI_ROUNDING) | (speed <= 0.0);
     return bad | (1 - rbti_finite(alpha1) * rbti_finite(speed));
 }
+#endif
 
 RBTI_INLINE RBT_DEVICE int rbti_error(double alpha1, double speed)
 {
