@@ -30,6 +30,12 @@
 #pragma GCC optimize("fp-contract=off")
 #endif
 
+/* With RBT_API as static a program leaves some functions unused. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif

@@ -83,15 +83,6 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_rows(const rbt_table *table, const rbt_con
                                  states ? states + width * r : NULL);
 }
 
-/* Whether the columns of a state are its first six variables. */
-RBTI_INLINE RBT_DEVICE int rbti_is_plain(const rbt_table *table)
-{
-    int plain = table->n_columns == 6;
-    for (int c = 0; c < 6; c++)
-        plain = plain && table->columns[c] == c;
-    return plain;
-}
-
 /* Copy the table's columns of a drawn row. */
 RBTI_INLINE RBT_DEVICE void rbti_put(const rbt_table *table, const double *values, double *state)
 {
@@ -104,7 +95,13 @@ RBT_API RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n, const rbt_co
 {
     if (!table || !given || !given->alpha1 || !given->speed || !given->index || !given->hit)
         return RBT_ERR_MISSING;
-    const int plain = rbti_is_plain(table) || !states;
+    const int plain = table->plain || !states;
+    if (n == 1 && plain) {
+        const int code = rbti_draw_row(table, given, 0, seed, 6, states);
+        if (codes)
+            *codes = code;
+        return code;
+    }
     rbti_tally tally = {RBT_OK, RBT_OK};
     for (size_t first = 0, count = 0; first < n; first += count) {
         double values[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;
