@@ -4,6 +4,7 @@ import copy
 import multiprocessing
 import pickle
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -90,7 +91,7 @@ def test_contents_are_those_that_were_loaded(table_path, contents, tmp_path):
     quantiles = contents["marginals/quantiles"].copy()
     quantiles[0, 0, 0] *= np.float32(0.5)
     changed = {**contents.datasets, "marginals/quantiles": quantiles}
-    sampler.write_table(path, sampler.TableContents(**(contents.__dict__ | {"datasets": changed})))
+    sampler.write_table(path, replace(contents, datasets=changed))
     with pytest.raises(TableError, match="was changed, allowed: the table that was loaded"):
         table.contents  # noqa: B018
     path.unlink()
