@@ -204,11 +204,12 @@ def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
     allowed : str
         The range in words.
     """
-    try:
-        number = operator.index(value)
+    try:  # numpy 1 would take its True for 1
+        unfit = isinstance(value, bool | np.bool_ | np.ma.MaskedArray)
+        number = None if unfit else operator.index(value)
     except TypeError:
         number = None
-    if isinstance(value, bool | np.ma.MaskedArray) or number is None or not low <= number <= high:
+    if number is None or not low <= number <= high:
         refuse(name, _shown(value), allowed)
     return number
 

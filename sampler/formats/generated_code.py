@@ -143,7 +143,7 @@ def checked_constants() -> str:
         f"#define RBTI_END_MIRRORED {END_MIRRORED}",
         "/* channels (bits) from which each variable is made */",
         f"#define RBTI_NEEDS {{{needs}}}",
-        f"#define RBTI_NORMAL_HAT {1 << CHANNELS.index('normal_hat'):#x}u",
+        f"#define RBTI_NORMAL_HAT {1 << CHANNELS.index('normal_hat'):#x}",
         f"#define RBTI_LEAST_ANY_SPEED {low!r}",
         f"#define RBTI_MOST_ANY_SPEED {high!r}",
         f"#define RBTI_MOST_NUMBER {bounds.MOST_NUMBER!r} /* of a node */",
@@ -198,15 +198,18 @@ def code_texts() -> str:
 
 
 def fortran_constants() -> str:
-    """Write the codes and the number of variables in Fortran."""
-    codes = ", ".join(f"RBT_{code.name}\0=\0{code.number}" for code in CODES)
+    """Write the codes, and the places of the variables in a state, in Fortran."""
+    codes = {code.name: code.number for code in CODES}
+    places = {name.upper(): k for k, name in enumerate(VARIABLES, 1)} | {"VALUES": len(VARIABLES)}
+    return _parameters("integer(c_int)", codes) + _parameters("integer", places)
+
+
+def _parameters(kind: str, numbers: dict[str, int]) -> str:
+    words = ", ".join(f"RBT_{name}\0=\0{number}" for name, number in numbers.items())
     indent = " " * 6
-    lines = textwrap.wrap(codes, _WIDTH - 2, initial_indent=indent, subsequent_indent=indent)
-    return (
-        "  integer(c_int), parameter, public :: &\n"
-        + " &\n".join(lines).replace("\0", " ")
-        + f"\n  integer, parameter, public :: RBT_VALUES = {len(VARIABLES)}\n"
-    )
+    lines = textwrap.wrap(words, _WIDTH - 2, initial_indent=indent, subsequent_indent=indent)
+    text = " &\n".join(lines).replace("\0", " ")
+    return f"  {kind}, parameter, public :: &\n{text}\n"
 
 
 def codes_table() -> str:

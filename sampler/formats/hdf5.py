@@ -40,6 +40,9 @@ from sampler.formats.layout import (
 )
 from sampler.formats.table_shapes import check_shapes
 
+#: Bytes of a chunk of a compressed dataset, if a row has not more.
+_CHUNK = 2**19
+
 
 def _shown(value: Any) -> str:
     """Write a given value short and in one line."""
@@ -282,8 +285,9 @@ def _file_image(contents: TableContents) -> bytes:
 def _write_dataset(file: h5py.File, dataset: Dataset, values: Array) -> None:
     storage: dict[str, Any] = {"track_times": False}
     if dataset.compressed:
-        # One chunk for each angle: few enough to open fast, small enough to stay in the cache.
-        storage |= {"chunks": (1, *values.shape[1:]), "shuffle": True}
+        # Few chunks, which open fast, small enough for the cache.
+        rows = max(1, min(len(values), _CHUNK // values[0].nbytes))
+        storage |= {"chunks": (rows, *values.shape[1:]), "shuffle": True}
         storage |= {"compression": "gzip", "compression_opts": 9}
     written = file.create_dataset(dataset.path, data=values, **storage)
     written.attrs["units"] = dataset.units

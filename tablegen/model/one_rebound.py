@@ -232,7 +232,7 @@ def draw(arrays, alpha1, speed, spin, grain, orientation, seed, index, hit, work
     Returns
     -------
     int
-        `OK` (0), or a negative code, and nothing is written: those of `sampler.draw`,
+        `OK` (0), or a negative code, and nothing is written: those of `sampler.errors`,
         `TURNS_TOO_OFTEN` (-101), `GRAIN_NOT_USABLE` (-102), `STILL_IN_CONTACT` (-103),
         `OUT_OF_BOUNDS` (-104), `ORIENTATION_NOT_USABLE` (-105).
 

@@ -171,8 +171,8 @@ static int rbti_is_table(const double *numbers, int32_t count, double speeds)
 /* Laws of contact that are known, and their tables. */
 static int rbti_laws_hold(const double *law, int32_t count)
 {
-    if (!(law[RBTI_RESTITUTION] >= 0.0 && law[RBTI_RESTITUTION] <= RBTI_TABULATED &&
-          law[RBTI_RESISTANCE] >= 0.0 && law[RBTI_RESISTANCE] <= RBTI_COULOMB &&
+    if (!(law[RBTI_RESTITUTION] >= 0.0 && law[RBTI_RESTITUTION] <= (double)RBTI_TABULATED &&
+          law[RBTI_RESISTANCE] >= 0.0 && law[RBTI_RESISTANCE] <= (double)RBTI_COULOMB &&
           law[RBTI_LENGTH] >= 0.0 && law[RBTI_LENGTH] <= (double)(count - RBTI_NUMBERS)))
         return 0;
     const int length = (int)law[RBTI_LENGTH], left = count - RBTI_NUMBERS - length;

@@ -95,6 +95,8 @@ RBTI_INLINE RBT_DEVICE double rbti_mean_power(const double law[4], double power)
 
 RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diameter)
 {
+    if (!table)
+        return 0.0;
     const rbt_spin_law *law = &table->spin;
     double before = 0.0, sum = 0.0;
     for (int32_t row = 0; row < law->n_shapes; row++) {

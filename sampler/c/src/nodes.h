@@ -1,5 +1,13 @@
 }
 
+/* Draws are vectorised and unrolled whatever flags the program is compiled with. Without two passes they
+   take less time to compile, and single ones to run. (An attribute would not do: gcc 12 forgets those of
+   some functions that have versions.) */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(RBTI_GPU)
+#pragma GCC push_options
+#pragma GCC optimize("O3", "fp-contract=off", "no-ipa-cp-clone", "no-tree-pre")
+#endif
+
 /* -- the first-impact draw -----------------------------------------------------------------------
 
    The law of particles that arrive without spin. A table has nodes of impact angle and speed, and a cell
@@ -51,12 +59,14 @@ RBTI_INLINE RBT_DEVICE int rbti_flags(const rbt_table *table, double alpha1, dou
     return angle * RBT_ANGLE | fast * RBT_SPEED | far * RBT_EXTRAPOLATED;
 }
 
+#ifdef RBTI_BLOCKS
 /* Whether a condition is none, without branches; rbti_error says why. */
 RBTI_INLINE RBT_DEVICE int rbti_is_bad(double alpha1, double speed)
 {
     const int bad = (alpha1 <= 0.0) | (alpha1 > RBTI_HALF_PI + RBTI_ROUNDING) | (speed <= 0.0);
     return bad | (1 - rbti_finite(alpha1) * rbti_finite(speed));
 }
+#endif
 
 RBTI_INLINE RBT_DEVICE int rbti_error(double alpha1, double speed)
 {
@@ -419,7 +429,10 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
     for (int32_t row = 0; row < n; row++)
         rbti_fill_normals(m, table->normals, d->words + (size_t)(row < 6 ? 2 + row : 3 + row) * m,
                           d->values + (size_t)row * m);
-    rbti_mix(m, table, n, d);
+    if (n == 6) /* as most tables have: the compiler unrolls the triangle of factors */
+        rbti_mix(m, table, 6, d);
+    else
+        rbti_mix(m, table, n, d);
     memset(d->channels, 0, RBTI_CHANNELS * m * sizeof *d->channels);
     for (int32_t row = 0; row < n; row++)
         if (table->marginals[row] >= 0)
@@ -427,8 +440,7 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
     rbti_to_states(m, count, variables, table, d, states);
 }
 
-/* One draw from a table with any number of channels. It stands apart because it needs memory on a
-   device; where the compiler knows the number of channels, registers are enough. */
+/* One draw from a table with any number of channels. */
 RBTI_APART RBT_DEVICE void rbti_draw_channels(const rbt_table *table, double alpha1, double speed,
                                               uint64_t seed, uint64_t index, uint32_t hit,
                                               int variables, double *state)
@@ -439,11 +451,15 @@ RBTI_APART RBT_DEVICE void rbti_draw_channels(const rbt_table *table, double alp
     rbti_take_steps(1, table, table->n_channels, seed, &index, &hit, 1, variables, &draws, state);
 }
 
-/* One draw of the first six or of all variables. */
+/* One draw of the first six or of all variables. Where the number of channels is known, a device needs
+   registers only. */
 RBTI_INLINE RBT_DEVICE void rbti_draw_node(const rbt_table *table, double alpha1, double speed,
                                            uint64_t seed, uint64_t index, uint32_t hit,
                                            int variables, double *state)
 {
+#ifdef RBTI_BLOCKS
+    rbti_draw_channels(table, alpha1, speed, seed, index, hit, variables, state);
+#else
     if (table->n_channels != 6) {
         double values[RBT_VALUES]; /* whose address is known elsewhere, is in no register */
         rbti_draw_channels(table, alpha1, speed, seed, index, hit, variables, values);
@@ -455,6 +471,7 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_node(const rbt_table *table, double alpha1
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
     rbti_take_steps(1, table, 6, seed, &index, &hit, 1, variables, &draws, state);
+#endif
 }
 
 #ifdef RBTI_BLOCKS
@@ -486,7 +503,7 @@ RBTI_INLINE void rbti_take_conditions(const rbt_table *table, const rbt_conditio
 }
 
 /* Draws of a block of rows, and their codes; without `states` the codes alone. */
-RBTI_CLONES
+RBTI_BATCH_CLONES
 static void rbti_draw_nodes(const rbt_table *table, const rbt_conditions *given, size_t first,
                             size_t count, uint64_t seed, int variables, double *states, int *codes)
 {
@@ -496,11 +513,8 @@ static void rbti_draw_nodes(const rbt_table *table, const rbt_conditions *given,
     rbti_take_conditions(table, given, first, count, &draws, codes);
     if (!states)
         return;
-    if (table->n_channels == 6)
-        rbti_take_steps(RBTI_BLOCK, table, 6, seed, index, hit, count, variables, &draws, states);
-    else
-        rbti_take_steps(RBTI_BLOCK, table, table->n_channels, seed, index, hit, count, variables,
-                        &draws, states);
+    rbti_take_steps(RBTI_BLOCK, table, table->n_channels, seed, index, hit, count, variables, &draws,
+                    states);
 }
 
 #endif

@@ -80,11 +80,10 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t o
 }
 
 /* Draws with conditions that may be drawn at. Word 8 belongs to no outcome. */
-RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt_table *table,
-                                            uint64_t seed, const rbti_grains *grains,
-                                            const uint64_t *index, const uint32_t *hit,
-                                            size_t count, int variables, rbti_spin_draws *d,
-                                            double *states)
+RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt_table *table, uint64_t seed,
+                                            const rbti_grains *grains, const uint64_t *index,
+                                            const uint32_t *hit, size_t count, int variables,
+                                            rbti_spin_draws *d, double *states)
 {
     const rbt_spin_law *law = &table->spin;
     for (uint32_t block = 0; block < (outcomes > 6 ? 3u : 2u); block++)
@@ -101,7 +100,10 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
     for (size_t row = 0; row < outcomes; row++)
         rbti_fill_normals(m, table->normals, d->words + (row < 6 ? 2 + row : 3 + row) * m,
                           d->scores + row * m);
-    rbti_fill_scores(m, outcomes, law, d);
+    if (outcomes == RBTI_OUTCOMES) /* as most laws have */
+        rbti_fill_scores(m, RBTI_OUTCOMES, law, d);
+    else
+        rbti_fill_scores(m, RBTI_MOST_OUTCOMES, law, d);
     rbti_find_knots(m, (int32_t)outcomes, law, d);
     rbti_fill_outcomes(m, (int32_t)outcomes, law, d);
     if (table->n_laws > 0)
@@ -109,21 +111,8 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
     rbti_to_spin_states(m, count, outcomes, variables, table, d, states);
 }
 
-/* The same with the number of outcomes of the law, which the compiler knows. */
-RBTI_INLINE RBT_DEVICE void rbti_take_spin_steps(size_t m, const rbt_table *table, uint64_t seed,
-                                                 const rbti_grains *grains, const uint64_t *index,
-                                                 const uint32_t *hit, size_t count, int variables,
-                                                 rbti_spin_draws *d, double *states)
-{
-    if (table->spin.n_outcomes == RBTI_OUTCOMES)
-        rbti_spin_steps(m, RBTI_OUTCOMES, table, seed, grains, index, hit, count, variables, d,
-                        states);
-    else
-        rbti_spin_steps(m, RBTI_MOST_OUTCOMES, table, seed, grains, index, hit, count, variables, d,
-                        states);
-}
-
 /* One draw of the first six or of all variables. */
+RBTI_CLONES
 RBTI_APART RBT_DEVICE void rbti_draw_spin(const rbt_table *table, double alpha1, double speed,
                                           const double spin[3], uint64_t seed,
                                           const rbti_grains *grains, uint64_t index, uint32_t hit,
@@ -133,7 +122,12 @@ RBTI_APART RBT_DEVICE void rbti_draw_spin(const rbt_table *table, double alpha1,
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
     memcpy(draws.spin, spin, 3 * sizeof *spin);
-    rbti_take_spin_steps(1, table, seed, grains, &index, &hit, 1, variables, &draws, state);
+    if (table->spin.n_outcomes == RBTI_OUTCOMES) /* a number that the compiler knows */
+        rbti_spin_steps(1, RBTI_OUTCOMES, table, seed, grains, &index, &hit, 1, variables, &draws,
+                        state);
+    else
+        rbti_spin_steps(1, RBTI_MOST_OUTCOMES, table, seed, grains, &index, &hit, 1, variables,
+                        &draws, state);
 }
 
 #ifdef RBTI_BLOCKS
@@ -174,7 +168,7 @@ RBTI_INLINE void rbti_take_spin_conditions(const rbt_table *table, const rbt_con
 }
 
 /* Draws of a block of rows, and their codes; without `states` the codes alone. */
-RBTI_CLONES
+RBTI_BATCH_CLONES
 static void rbti_draw_spins(const rbt_table *table, const rbt_conditions *given, size_t first,
                             size_t count, uint64_t seed, int variables, double *states, int *codes)
 {
@@ -182,8 +176,12 @@ static void rbti_draw_spins(const rbt_table *table, const rbt_conditions *given,
     rbti_spin_draws draws RBTI_ALIGNED;
     rbti_take_spin_conditions(table, given, first, count, &draws, codes);
     if (states)
-        rbti_take_spin_steps(RBTI_BLOCK, table, seed, &grains, given->index + first,
-                             given->hit + first, count, variables, &draws, states);
+        rbti_spin_steps(RBTI_BLOCK, (size_t)table->spin.n_outcomes, table, seed, &grains,
+                        given->index + first, given->hit + first, count, variables, &draws, states);
 }
 
+#endif
+
+#if defined(__GNUC__) && !defined(__clang__) && !defined(RBTI_GPU)
+#pragma GCC pop_options
 #endif

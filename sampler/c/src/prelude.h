@@ -30,6 +30,12 @@
 #pragma GCC optimize("fp-contract=off")
 #endif
 
+/* With RBT_API as static a program leaves some functions unused. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#endif
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -48,20 +54,25 @@ extern "C" {
 #define RBTI_ALIGNED
 #endif
 
-/* Two versions of a function, the one for processors with AVX2; the loader takes the one for the
-   processor at hand: batches take half the time, whatever flags the program is compiled with. A third
-   for AVX-512 was no faster. */
+/* Written once on a host, where that saves time of compilation, and in its place on a device. */
+#if defined(RBTI_GPU)
+#define RBTI_ONCE RBTI_INLINE
+#else
+#define RBTI_ONCE RBTI_APART
+#endif
+
+/* Versions of a function for processors with wide vectors; the loader takes the one for the processor
+   at hand: batches take half the time, whatever flags the program is compiled with. A single draw
+   gains nothing from AVX-512. */
 #if !defined(RBT_NO_CLONES) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) &&  \
     !defined(RBTI_GPU) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#if defined(__clang__) && __clang_major__ >= 18
+#if defined(__clang__) ? __clang_major__ >= 18 : defined(__GNUC__) && __GNUC__ >= 12
+#define RBTI_BATCH_CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
 #define RBTI_CLONES __attribute__((target_clones("avx2", "default")))
-#elif !defined(__clang__) && defined(__GNUC__) && __GNUC__ >= 12
-#define RBTI_CLONES                                                                                \
-    __attribute__((optimize("O3", "fp-contract=off"),                                              \
-                   target_clones("avx2", "default")))
 #endif
 #endif
 #ifndef RBTI_CLONES
+#define RBTI_BATCH_CLONES
 #define RBTI_CLONES
 #endif
 

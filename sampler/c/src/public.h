@@ -369,6 +369,7 @@ struct rbt_table {
     const double *laws;
     int8_t channels[RBTI_NAMES], marginals[RBTI_NAMES], columns[RBTI_NAMES];
     uint32_t held; /* bits of the variables among the columns */
+    int32_t plain; /* whether the columns are the first six variables */
     int8_t mirrored[RBTI_NAMES]; /* whether reflection turns the sign of a row of a factor */
     const float *normals;
     const uint32_t *alias;

@@ -53,8 +53,11 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     memcpy(table->channels, h->channels, sizeof table->channels);
     memcpy(table->marginals, h->marginals, sizeof table->marginals);
     memcpy(table->columns, h->columns, sizeof table->columns);
-    for (uint32_t k = 0; k < h->n_columns; k++)
+    table->plain = h->n_columns == 6;
+    for (uint32_t k = 0; k < h->n_columns; k++) {
         table->held |= 1u << h->columns[k];
+        table->plain = table->plain && h->columns[k] == (int)k;
+    }
     memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
     table->least_inertia = h->least_inertia;
     rbti_fill_spin_law(&table->spin, h);

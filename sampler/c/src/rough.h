@@ -118,7 +118,7 @@ RBTI_INLINE RBT_DEVICE int rbti_find_tilt(const rbti_cascade *c, int across, dou
 }
 
 /* Normal of the facet that the particle meets next, of any length but zero. */
-RBTI_INLINE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, uint64_t index,
+RBTI_ONCE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, uint64_t index,
                                            uint32_t hit, double facet[3])
 {
     const double speed = sqrt(rbti_dot(c->moving, c->moving));

@@ -32,6 +32,8 @@ RBTI_INLINE RBT_DEVICE int rbti_draw_one(const rbt_table *table, double alpha1, 
     const int error =
         spins ? rbti_spin_error(table, alpha1, speed, of[0], of[1], of[2], grains->given)
               : rbti_error(alpha1, speed);
+    const int flags = spins ? rbti_spin_flags(table, alpha1, speed, of[0], of[1], of[2])
+                            : rbti_flags(table, alpha1, speed);
     if (error < RBT_OK)
         return error;
     if (state && table->spheres)
@@ -40,8 +42,7 @@ RBTI_INLINE RBT_DEVICE int rbti_draw_one(const rbt_table *table, double alpha1, 
         rbti_draw_spin(table, alpha1, speed, of, seed, grains, index, hit, variables, state);
     else if (state)
         rbti_draw_node(table, alpha1, speed, seed, index, hit, variables, state);
-    return spins ? rbti_spin_flags(table, alpha1, speed, of[0], of[1], of[2])
-                 : rbti_flags(table, alpha1, speed);
+    return flags;
 }
 
 /* Draw row k, with NaN where it has an error: its code. */
@@ -82,15 +83,6 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_rows(const rbt_table *table, const rbt_con
                                  states ? states + width * r : NULL);
 }
 
-/* Whether the columns of a state are its first six variables. */
-RBTI_INLINE RBT_DEVICE int rbti_is_plain(const rbt_table *table)
-{
-    int plain = table->n_columns == 6;
-    for (int c = 0; c < 6; c++)
-        plain = plain && table->columns[c] == c;
-    return plain;
-}
-
 /* Copy the table's columns of a drawn row. */
 RBTI_INLINE RBT_DEVICE void rbti_put(const rbt_table *table, const double *values, double *state)
 {
@@ -103,7 +95,13 @@ RBT_API RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n, const rbt_co
 {
     if (!table || !given || !given->alpha1 || !given->speed || !given->index || !given->hit)
         return RBT_ERR_MISSING;
-    const int plain = rbti_is_plain(table) || !states;
+    const int plain = table->plain || !states;
+    if (n == 1 && plain) {
+        const int code = rbti_draw_row(table, given, 0, seed, 6, states);
+        if (codes)
+            *codes = code;
+        return code;
+    }
     rbti_tally tally = {RBT_OK, RBT_OK};
     for (size_t first = 0, count = 0; first < n; first += count) {
         double values[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;

@@ -61,11 +61,13 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
     return rbti_flags(table, alpha1, speed) | (off | fast) * RBT_SPIN;
 }
 
+#ifdef RBTI_BLOCKS
 RBTI_INLINE RBT_DEVICE int rbti_spin_is_bad(double alpha1, double speed, double x, double y, double z)
 {
     return rbti_is_bad(alpha1, speed) |
            (1 - rbti_finite(speed * rbti_spin_factor(x, y, z)));
 }
+#endif
 
 RBTI_INLINE RBT_DEVICE int rbti_spin_error(const rbt_table *table, double alpha1, double speed,
                                            double x, double y, double z, const double *grain)
