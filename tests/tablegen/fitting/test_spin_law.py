@@ -65,7 +65,7 @@ def configuration(kind):
 def test_any_population_and_domain_has_a_law(kind, tmp_path):
     table = generate(configuration(kind), tmp_path / "t.h5", conditions=0).table
     spin = np.random.default_rng(7).normal(0.0, 0.5, (500, 3))
-    states = table.sample(np.radians(40.0), 100.0, spin=spin, seed=1, index=np.arange(500))
+    states = table.sample(np.radians(40.0), 100.0, spin=spin, seed=1, index=np.arange(500), hit=0)
     assert np.isfinite(states).all()
     assert (states[:, 1] > 0.0).all()
 
