@@ -8,7 +8,7 @@ from mesh_fixtures import box
 from tiny_tables import ROUGH
 
 from sampler.formats.channels import STATE, WORKS
-from sampler.formats.layout import INERTIA_DATASETS, SPIN_DATASETS
+from sampler.formats.layout import SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
 from tablegen.checkpoints import TaskRunner
 from tablegen.config.mesh import MeshFile
@@ -35,7 +35,7 @@ def test_does_not_depend_on_the_workers():
 
     config = SPINNING.with_changes({"table": {"spin_leaves": 2}})
     one, two = made(config), made(config, threads=3)
-    layout = (*SPIN_DATASETS, *INERTIA_DATASETS)
+    layout = SPIN_DATASETS
     assert one.keys() == {dataset.path for dataset in layout} == two.keys()
     for path, values in one.items():
         np.testing.assert_array_equal(values, two[path])
