@@ -112,7 +112,7 @@ class TestTumble:
             (0, np.zeros(4), "orientation: got 0, 0, 0, 0 at index 0, allowed: a quaternion of f"),
             (1, (0.0, np.nan, 0.0), "omega: got 0, nan, 0 at row 0 (particle 0), allowed: fini"),
             (2, (1.0, 0.8, 2.0), "grain: got 1, 0.8, 2 at index 0, allowed: the code of a shape"),
-            (3, -1.0, "half_size: got -1 "),
+            (3, -1.0, "half_size: got -1, "),
             (
                 4,
                 (0.0, 1.1),
