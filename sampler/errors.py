@@ -60,7 +60,7 @@ CODES = (
 #: Last code of a draw or a rebound; those beyond are of files.
 LAST_OF_DRAWS = -11
 
-#: Codes by name: 0 is fine, positive a flag, negative an error with nothing written.
+#: Codes by name: 0 is fine, positive a flag, negative an error whose results are NaN.
 STATUS = {code.name.removeprefix("ERR_"): code.number for code in CODES}
 
 OK = STATUS["OK"]
