@@ -61,11 +61,17 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
     return rbti_flags(table, alpha1, speed) | (off | fast) * RBT_SPIN;
 }
 
-#ifdef RBTI_BLOCKS
-RBTI_INLINE RBT_DEVICE int rbti_spin_is_bad(double alpha1, double speed, double x, double y, double z)
+/* Whether the energy of an impact is a number. */
+RBTI_INLINE RBT_DEVICE int rbti_has_energy(double speed, double x, double y, double z)
 {
-    return rbti_is_bad(alpha1, speed) |
-           (1 - rbti_finite(speed * rbti_spin_factor(x, y, z)));
+    const double effective = speed * rbti_spin_factor(x, y, z);
+    return rbti_finite(effective * effective);
+}
+
+#ifdef RBTI_BLOCKS
+RBTI_INLINE int rbti_spin_is_bad(double alpha1, double speed, double x, double y, double z)
+{
+    return rbti_is_bad(alpha1, speed) | (1 - rbti_has_energy(speed, x, y, z));
 }
 #endif
 
@@ -77,7 +83,7 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_error(const rbt_table *table, double alpha1
         return error;
     if (table->spin.n_shapes == 0)
         return RBT_ERR_NO_SPIN_LAW;
-    if (!rbti_finite(speed * rbti_spin_factor(x, y, z)))
+    if (!rbti_has_energy(speed, x, y, z))
         return RBT_ERR_NOT_FINITE;
     return !grain || rbti_grain_holds(&table->spin, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
 }
