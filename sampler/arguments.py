@@ -198,18 +198,7 @@ def _shown(value: Any) -> str:
 
 
 def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
-    """Coerce an integer from low to high; raises `InputError`.
-
-    Parameters
-    ----------
-    name : str
-        Of the argument, for the message.
-    value : object
-        True, False and floats are no integers.
-    low, high : int
-    allowed : str
-        The range in words.
-    """
+    """Coerce an integer, no bool, from low to high; `allowed` is the range in words."""
     try:  # numpy 1 would take its True for 1
         unfit = isinstance(value, bool | np.bool_) or is_masked(value)
         number = None if unfit else operator.index(value)
@@ -251,11 +240,8 @@ def _as_size(size: Any) -> Shape:
 def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
     """Find the shape to which the rows of all arguments broadcast: that of `size`, if given.
 
-    Raises
-    ------
-    InputError
-        If an argument does not fit those before it, or all of them not `size`. Arrays of several
-        rows have the same number of dimensions: (n, 1) beside (n,) would quietly become (n, n).
+    Arrays of several rows have the same number of dimensions: (n, 1) beside (n,) would quietly
+    become (n, n). Raises `InputError`.
     """
     shape: Shape = ()
     first = ""  # argument of several rows
@@ -319,14 +305,7 @@ class Keys(NamedTuple):
 
 
 class Call(NamedTuple):
-    """Arguments of a call, broadcast.
-
-    Attributes
-    ----------
-    shape : tuple of int
-        Shape of the arguments without the last axis of vectors.
-    rows : Rows
-    """
+    """Arguments of a call, broadcast: their shape without the last axis of vectors, and rows."""
 
     shape: Shape
     rows: Rows
@@ -358,14 +337,9 @@ class HostArrays:
 def broadcast(
     arguments: Mapping[str, ArrayLike], keys: Keys, fresh: bool = False, arrays_of: Any = HostArrays
 ) -> Call:
-    """Make rows of arguments and of their keys.
+    """Make rows of arguments and of their keys; raises `InputError` for a wrong type or shape.
 
     A generator gives one 64-bit number, which is the seed; rows are numbered from 0, and hit is 0.
-
-    Raises
-    ------
-    InputError
-        If an argument has a wrong type or shape, or `hit` is missing beside a spin and keys.
     """
     keys = keys.checked()
     for name in ("spin", "omega"):

@@ -27,31 +27,21 @@ _ALLOWED = {
 
 
 class Covered(NamedTuple):
-    """What a table covers, the same for both of its laws; in words, by `str`.
+    """What a table covers, the same for both of its laws; in words, by `str`."""
 
-    Attributes
-    ----------
-    alpha_deg : tuple of two float
-        Impact angles, degrees.
-    speed : tuple of two float, or None
-        Impact speeds, m/s; None: any.
-    spin : tuple of two float, or None
-        Sizes of the spin before the impact times a/V; None: there is no spin law.
-    measured : tuple of two float, or None
-        Speeds at which the law of the pair was measured, m/s; None: it holds at any.
-    effective : float
-        Largest speed with the spin, V (1 + 2/3 spin^2)^(1/2), m/s.
-    """
-
+    #: Impact angles, degrees, and speeds, m/s; None: any.
     alpha_deg: Ends
     speed: Ends | None
+    #: Sizes of the spin before the impact times a/V; None: there is no spin law.
     spin: Ends | None
+    #: Speeds at which the law of the pair was measured, m/s; None: it holds at any.
     measured: Ends | None
+    #: Largest speed with the spin, V (1 + 2/3 spin^2)^(1/2), m/s.
     effective: float
 
     @classmethod
     def of(cls, ends: dict[str, Ends], has_spin: bool, effective: float) -> "Covered":
-        """Make it of what `OpenTable.covered` gives, without the rounding of units."""
+        """Make it of what ``rbt_covered`` gives, without the rounding of units."""
         low, high = (round(math.degrees(end), 12) for end in ends["alpha1"])
         speed, measured = (
             None if ends[name][1] >= ANY_SPEED[1] else ends[name] for name in ("speed", "measured")

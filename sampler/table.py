@@ -396,20 +396,7 @@ class Table(LawAtConditions, Counting):
         return DeviceTable(self, self._table.image, dtype)
 
     def check_spin(self, name: str, spin: Any, grain: Grain) -> None:
-        """Refuse a spin or a grain that the table has no law for.
-
-        Parameters
-        ----------
-        name : str
-            Of the spin, for the message: "spin" or "omega".
-        spin, grain
-            As for `sample`.
-
-        Raises
-        ------
-        InputError
-            If the table has no spin law for it, or the grain is an unknown word.
-        """
+        """Refuse a spin ("spin" or "omega") or a grain that the table has no law for."""
         check_grain_word(grain)
         if self.has_spin:
             return

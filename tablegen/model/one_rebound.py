@@ -292,7 +292,7 @@ def rebound(
     Returns
     -------
     int
-        As `draw`, and the codes of `sampler.rebound`.
+        As `draw`, and the codes of `sampler.numba.rebound`.
 
     Raises
     ------
