@@ -1,7 +1,7 @@
 """Errors that a user can cause, each one line: the field, what was given, what is allowed.
 
-Draws and rebounds have, in every language, a code for each row: 0, a sum of the flags `ANGLE`, `SPEED`,
-`SPIN` and `EXTRAPOLATED`, or one of the negative codes below.
+Draws and rebounds have, in every language, a code for each row: 0, a sum of the flags `ANGLE`,
+`SPEED`, `SPIN` and `EXTRAPOLATED`, or one of the negative codes below.
 """
 
 from typing import NamedTuple, NoReturn
