@@ -172,5 +172,5 @@ def test_a_particle_that_never_leaves_is_named(monkeypatch):
         MODEL.rebound(VELOCITY, UP, HALF_SIZE, seed=1, index=IDS, roughness=0.1)
     monkeypatch.undo()
     monkeypatch.setattr("tablegen.simulation.rough_walls.MAX_BOUNCES", 1)
-    with pytest.raises(InputError, match="^roughness: bounces without end, at row"):
+    with pytest.raises(InputError, match=r"^roughness: bounces without end, at row"):
         MODEL.rebound(VELOCITY, UP, HALF_SIZE, seed=1, index=IDS, roughness=0.4)
