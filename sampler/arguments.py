@@ -7,6 +7,7 @@ is where its type and layout allow.
 
 import math
 import operator
+import sys
 import textwrap
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
@@ -70,6 +71,11 @@ def place(row: int, shape: Shape) -> str:
 # -- numbers ---------------------------------------------------------------------------------------
 
 
+def is_masked(values: Any) -> bool:
+    """Tell whether values are a masked array, without the time of importing `numpy.ma`."""
+    return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
+
+
 def check_kind(name: str, array: Any, kinds: str, allowed: str) -> None:
     """Refuse an array of another kind of numbers; an empty one has no kind yet."""
     if array.size and array.dtype.kind not in kinds:
@@ -78,7 +84,7 @@ def check_kind(name: str, array: Any, kinds: str, allowed: str) -> None:
 
 def _numeric(name: str, values: ArrayLike, kinds: str, allowed: str) -> NDArray[Any]:
     """Make an array of one of the dtype kinds."""
-    if isinstance(values, np.ma.MaskedArray):  # numpy would hand on the numbers under the mask
+    if is_masked(values):  # numpy would hand on the numbers under the mask
         refuse(name, "a masked array", f"{allowed} without a mask")
     try:
         array = np.asarray(values)
@@ -194,7 +200,7 @@ def _shown(value: Any) -> str:
 def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
     """Coerce an integer, no bool, from low to high; `allowed` is the range in words."""
     try:  # numpy 1 would take its True for 1
-        unfit = isinstance(value, bool | np.bool_ | np.ma.MaskedArray)
+        unfit = isinstance(value, bool | np.bool_) or is_masked(value)
         number = None if unfit else operator.index(value)
     except TypeError:
         number = None
@@ -370,7 +376,7 @@ def check_grain_word(grain: Any) -> None:
 
 def check_written(name: str, array: Any, shape: Shape, *dtypes: Any) -> None:
     """Refuse what is no writable array of a shape and one of some dtypes; None is none."""
-    plain = isinstance(array, np.ndarray) and not isinstance(array, np.ma.MaskedArray)
+    plain = isinstance(array, np.ndarray) and not is_masked(array)
     fits = plain and array.dtype in dtypes and array.shape == shape and array.flags.writeable
     if array is not None and not fits:
         given = f"{array.dtype} {array.shape}" if plain else type(array).__name__

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.errors import OK, TableError
+from sampler.errors import FLAGS, OK, TableError
 from sampler.formats.image import Image, aligned
 
 #: Rows of a slice at most: few enough for Ctrl-C, which comes between slices, to end a run at once.
@@ -152,13 +152,36 @@ class Rows(NamedTuple):
     fresh: bool
 
 
-#: Codes of all rows; None: all are 0.
-Codes = NDArray[np.intc] | None
+class Found(NamedTuple):
+    """Codes of the rows of a call, and what there is among them.
+
+    Attributes
+    ----------
+    codes : int array, shape (n,), or None
+        None: all are 0.
+    bad : bool
+        Whether any is an error.
+    counts : tuple of int
+        Numbers of rows with each of `sampler.errors.FLAGS`.
+    """
+
+    codes: NDArray[np.intc] | None
+    bad: bool
+    counts: tuple[int, ...]
+
+    @classmethod
+    def of(cls, codes: NDArray[np.intc]) -> "Found":
+        """Look through codes."""
+        bad = bool((codes < 0).any())
+        # bytes take a third of the time
+        flags = np.where(codes < 0, 0, codes).astype(np.uint8) if bad else codes.astype(np.uint8)
+        counts = (int(np.count_nonzero(flags & flag)) for flag in FLAGS.values())
+        return cls(codes, bad, tuple(counts))
 
 
 def sample(
     table: OpenTable, rows: Rows, states: NDArray[np.float64] | None, threads: int | None
-) -> Codes:
+) -> Found:
     """Draw the states (n, n_columns) of all rows, NaN where there is an error; None: codes alone.
 
     `threads`: None for as many as the number of rows is worth.
@@ -179,7 +202,7 @@ def rebound(
     results: dict[str, NDArray[np.float64]],
     threads: int | None,
     isotropic: bool,
-) -> Codes:
+) -> Found:
     """Write the results that are wanted: velocity and omega (n, 3), works (n, 2), of each row.
 
     They are in the lab frame, in m/s, rad/s and J/kg, and NaN where there is an error.
@@ -204,8 +227,8 @@ def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> ND
     return found
 
 
-def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Codes:
-    """Run a function over slices of all rows; return their codes."""
+def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Found:
+    """Run a function over slices of all rows; return what was found."""
     n = rows.n
     if threads is None:
         worth = n // _ROWS_PER_THREAD
@@ -215,13 +238,16 @@ def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Codes:
     arrays = {name: _long_enough(array, n, longest) for name, array in rows.arrays.items()}
     codes = np.empty(n, np.intc)
 
-    def part(ends: tuple[int, int]) -> int:
+    nothing = Found(None, False, (0,) * len(FLAGS))
+
+    def part(ends: tuple[int, int]) -> Found:
         start, end = ends
         at = {
             name: array.ctypes.data + (start * array.strides[0] if len(array) == n else 0)
             for name, array in arrays.items()
         }
-        return run(at, start, end - start, codes.ctypes.data + start * codes.itemsize)
+        code = run(at, start, end - start, codes.ctypes.data + start * codes.itemsize)
+        return Found.of(codes[start:end]) if code else nothing  # while they are in the cache
 
     slices = list(pairwise(n * k // parts for k in range(parts + 1)))
     if threads == 1:
@@ -229,7 +255,10 @@ def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Codes:
     else:
         with ThreadPoolExecutor(threads) as pool:
             found = list(pool.map(part, slices))
-    return codes if any(found) else None
+    if all(each is nothing for each in found):
+        return nothing
+    counts = tuple(map(sum, zip(*(each.counts for each in found), strict=True)))
+    return Found(codes, any(each.bad for each in found), counts)
 
 
 def _long_enough(array: NDArray[Any], n: int, longest: int) -> NDArray[Any]:

@@ -164,10 +164,9 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, size_t n, const rbt_i
         else
 #endif
             codes[0] = rbti_rebound_row(table, of, first, seed, rebounds);
-        for (size_t r = 0; r < count; r++) {
-            rbti_count(&tally, codes[r]);
+        for (size_t r = 0; r < count; r++)
             rbti_report(codes[r], first + r, rebounds);
-        }
+        rbti_count(&tally, codes, count);
     }
     return rbti_result(&tally);
 }
