@@ -231,20 +231,16 @@ class Table(LawAtConditions, Counting):
             and out.flags.c_contiguous
             and not any(np.may_share_memory(out, values) for values in call.rows.arrays.values())
         ):
-            codes = self._drawn(call, None, threads)
-            self._refuse(call, codes)  # before anything is written
-            flat = out.reshape(call.rows.n, len(self.columns))
-            library.sample(self._table, call.rows, flat, threads)
+            states = out
+            self._refuse(call, self._drawn(call, None, threads))  # before anything is written
         else:
             states = np.empty((*call.shape, len(self.columns)))
-            codes = self._drawn(call, states.reshape(call.rows.n, len(self.columns)), threads)
-            self._refuse(call, codes)
-            if out is None:
-                out = states
-            else:
-                out[...] = states
+        codes = self._drawn(call, states.reshape(call.rows.n, len(self.columns)), threads)
+        self._refuse(call, codes)
+        if out is not None and out is not states:
+            out[...] = states
         self._count(call, codes, 3)
-        return out
+        return states if out is None else out
 
     def rebound(
         self,
