@@ -115,8 +115,10 @@ RBT_API RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n, const rbt_co
     rbti_tally tally = {RBT_OK, RBT_OK};
     for (size_t first = 0, count = 0; first < n; first += count) {
         double values[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;
-        int found[RBTI_BLOCK];
+        int block[RBTI_BLOCK];
         count = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
+        const int whole = codes && count == RBTI_BLOCK; /* a block writes all of its codes */
+        int *found = whole ? codes + first : block;
         if (plain)
             rbti_draw_rows(table, given, first, count, seed, 6, states ? states + 6 * first : NULL,
                            found);
@@ -125,8 +127,8 @@ RBT_API RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n, const rbt_co
         for (size_t r = 0; r < count && !plain; r++)
             rbti_put(table, values + RBT_VALUES * r,
                      states + (size_t)table->n_columns * (first + r));
-        if (codes)
-            memcpy(codes + first, found, count * sizeof *found);
+        if (codes && !whole)
+            memcpy(codes + first, block, count * sizeof *block);
         rbti_count(&tally, found, count);
     }
     return rbti_result(&tally);
