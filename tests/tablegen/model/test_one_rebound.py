@@ -89,7 +89,8 @@ def rebound(**changes):
     ("changes", "code"),
     [
         ({"velocity": (1.0, 2.0, 0.0)}, NOT_APPROACHING),
-        ({"half_size": 0.0}, HALF_SIZE),
+        ({"half_size": 0.99e-9}, HALF_SIZE),
+        ({"half_size": 0.101}, HALF_SIZE),
         ({"omega": (0.0, np.nan, 0.0)}, NOT_FINITE),
         ({"omega": (0.0, 0.0, 1e14)}, TURNS_TOO_OFTEN),
         ({"velocity": (0.0, -1e-9, 0.0)}, OUT_OF_BOUNDS),

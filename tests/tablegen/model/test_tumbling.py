@@ -184,10 +184,10 @@ def energies(model, paths, seed, keeps=True):
     for hit in range(6):
         keys = {"omega": omega, "seed": seed, "index": index, "hit": hit}
         keys["orientation"] = turned if keeps else None
-        velocity, omega, turned = model.rebound(velocity, (FLOOR, ROOF)[hit % 2], 1.0, **keys)
+        velocity, omega, turned = model.rebound(velocity, (FLOOR, ROOF)[hit % 2], SIZE, **keys)
         found.append((velocity**2).sum(axis=1))
-        time = rng.uniform(*paths, len(index)) / np.sqrt(found[-1])
-        turned, omega = model.tumble(turned, omega, grains, 1.0, time)
+        time = SIZE * rng.uniform(*paths, len(index)) / np.sqrt(found[-1])
+        turned, omega = model.tumble(turned, omega, grains, SIZE, time)
     return np.array(found)
 
 
