@@ -13,9 +13,7 @@ The columns are u, v, w over V and omega_x, omega_y, omega_z times a/V. ``table.
 same for velocities in the lab frame. Both take keys in place of a generator: the seed of a run, the
 index of each particle and how many walls it has hit. Of particles that arrive
 spinning, give the spin (``spin=``, ``omega=``); each has one grain, from wall to wall.
-``sampler.draw``, ``sampler.rebound`` and ``sampler.rough_rebound`` do it for one particle inside
-code compiled by numba, and return a sum of the flags ``sampler.CLAMPED`` and
-``sampler.EXTRAPOLATED``, or a negative code of `sampler.errors`.
+`sampler.numba` has both calls for code compiled by numba, and `sampler.errors` the codes of rows.
 """
 
 import lazy_loader

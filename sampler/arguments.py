@@ -1,11 +1,13 @@
 """Arguments of draws and rebounds: coerced to rows of arrays, or refused in one line.
 
-Arguments broadcast as in numpy. A single number stands for every row and is not copied; an array of
-the full shape is passed on as it is where its type and layout allow.
+Arguments broadcast as in numpy, but arrays of several rows have the same number of dimensions. A
+single number stands for every row and is not copied; an array of the full shape is passed on as it
+is where its type and layout allow.
 """
 
 import math
 import operator
+import sys
 import textwrap
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
@@ -28,7 +30,7 @@ Grain = Literal["own", "fresh"] | ArrayLike
 #: Numbers on the last axis of some arguments: the components of a vector, a grain, a quaternion.
 VECTORS = {
     **dict.fromkeys(("velocity", "normal", "wall_velocity", "spin", "omega", "grain"), 3),
-    "orientation": 4,
+    **{"gas_rotation": 3, "ratios": 2, "orientation": 4},
 }
 
 _KEYS = "seed=, index= and hit=, or rng= and size= in their place"
@@ -69,6 +71,11 @@ def place(row: int, shape: Shape) -> str:
 # -- numbers ---------------------------------------------------------------------------------------
 
 
+def is_masked(values: Any) -> bool:
+    """Tell whether values are a masked array, without the time of importing `numpy.ma`."""
+    return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
+
+
 def check_kind(name: str, array: Any, kinds: str, allowed: str) -> None:
     """Refuse an array of another kind of numbers; an empty one has no kind yet."""
     if array.size and array.dtype.kind not in kinds:
@@ -77,7 +84,7 @@ def check_kind(name: str, array: Any, kinds: str, allowed: str) -> None:
 
 def _numeric(name: str, values: ArrayLike, kinds: str, allowed: str) -> NDArray[Any]:
     """Make an array of one of the dtype kinds."""
-    if isinstance(values, np.ma.MaskedArray):  # numpy would hand on the numbers under the mask
+    if is_masked(values):  # numpy would hand on the numbers under the mask
         refuse(name, "a masked array", f"{allowed} without a mask")
     try:
         array = np.asarray(values)
@@ -92,16 +99,37 @@ def as_reals(name: str, values: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(_numeric(name, values, "fiu", "real numbers"), dtype=np.float64)
 
 
+def _check_each(
+    name: str, array: NDArray[np.float64], good: NDArray[np.bool_], allowed: str, *limits: float
+) -> None:
+    """Refuse the first number of an array that is not good."""
+    if not good.all():
+        k = int(good.argmin())
+        where = f" at {place(k, array.shape)}" if array.ndim else ""
+        refuse(name, f"{told_apart(float(array.flat[k]), *limits)}{where}", allowed)
+
+
 def as_reals_up_to(
     name: str, values: ArrayLike, high: float, unit: str = ""
 ) -> NDArray[np.float64]:
     """Coerce real numbers from 0 to a largest one; raises `InputError`."""
     array = as_reals(name, values)
-    refused = ~((array >= 0.0) & (array <= high))
-    if refused.any():
-        k = int(refused.argmax())
-        got = f"{told_apart(float(array.flat[k]), high)} at {place(k, array.shape)}"
-        refuse(name, got, f"0 to {high:g}{unit}")
+    _check_each(name, array, (array >= 0.0) & (array <= high), f"0 to {high:g}{unit}", high)
+    return array
+
+
+def as_positive(name: str, values: ArrayLike, least: float = math.ulp(0.0)) -> NDArray[np.float64]:
+    """Coerce finite real numbers, positive ones unless `least` is 0; raises `InputError`."""
+    array = as_reals(name, values)
+    allowed = "a finite number, 0 or more" if least == 0.0 else "a finite number above 0"
+    _check_each(name, array, (array >= least) & np.isfinite(array), allowed)
+    return array
+
+
+def as_finite(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Coerce finite real numbers, or vectors where the name is that of one."""
+    array = as_rows_of(name, values)
+    _check_each(name, array, np.isfinite(array), "finite numbers")
     return array
 
 
@@ -170,20 +198,9 @@ def _shown(value: Any) -> str:
 
 
 def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
-    """Coerce an integer from low to high; raises `InputError`.
-
-    Parameters
-    ----------
-    name : str
-        Of the argument, for the message.
-    value : object
-        True, False and floats are no integers.
-    low, high : int
-    allowed : str
-        The range in words.
-    """
+    """Coerce an integer, no bool, from low to high; `allowed` is the range in words."""
     try:  # numpy 1 would take its True for 1
-        unfit = isinstance(value, bool | np.bool_ | np.ma.MaskedArray)
+        unfit = isinstance(value, bool | np.bool_) or is_masked(value)
         number = None if unfit else operator.index(value)
     except TypeError:
         number = None
@@ -221,19 +238,23 @@ def _as_size(size: Any) -> Shape:
 
 
 def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
-    """Find the shape to which all arguments broadcast: that of `size`, if given.
+    """Find the shape to which the rows of all arguments broadcast: that of `size`, if given.
 
-    Raises
-    ------
-    InputError
-        If an argument does not fit those before it, or all of them not `size`.
+    Arrays of several rows have the same number of dimensions: (n, 1) beside (n,) would quietly
+    become (n, n). Raises `InputError`.
     """
     shape: Shape = ()
+    first = ""  # argument of several rows
     for name, own in shapes.items():
+        several = math.prod(own) != 1
+        if several and first and len(own) != len(shapes[first]):
+            allowed = f"one row, or as many dimensions as those of {first}, {shapes[first]}"
+            refuse(name, f"rows of shape {own}", allowed)
         try:
             shape = np.broadcast_shapes(shape, own) if shape and own else shape or own
         except ValueError:
             refuse(name, f"shape {own}", f"one that broadcasts with {shape}")
+        first = first or (name if several else "")
     if size is None:
         return shape
     wanted = _as_size(size)
@@ -284,14 +305,7 @@ class Keys(NamedTuple):
 
 
 class Call(NamedTuple):
-    """Arguments of a call, broadcast.
-
-    Attributes
-    ----------
-    shape : tuple of int
-        Shape of the arguments without the last axis of vectors.
-    rows : Rows
-    """
+    """Arguments of a call, broadcast: their shape without the last axis of vectors, and rows."""
 
     shape: Shape
     rows: Rows
@@ -307,6 +321,11 @@ class Call(NamedTuple):
         return f"{where} (particle {int(self.at('index', row))})"
 
 
+def present(**optional: Any) -> dict[str, Any]:
+    """Give the arguments that are not None."""
+    return {name: values for name, values in optional.items() if values is not None}
+
+
 class HostArrays:
     """Arrays that arguments become: those of numpy. `sampler.device` has others."""
 
@@ -318,16 +337,15 @@ class HostArrays:
 def broadcast(
     arguments: Mapping[str, ArrayLike], keys: Keys, fresh: bool = False, arrays_of: Any = HostArrays
 ) -> Call:
-    """Make rows of arguments and of their keys.
+    """Make rows of arguments and of their keys; raises `InputError` for a wrong type or shape.
 
     A generator gives one 64-bit number, which is the seed; rows are numbered from 0, and hit is 0.
-
-    Raises
-    ------
-    InputError
-        If an argument has a wrong type or shape.
     """
     keys = keys.checked()
+    for name in ("spin", "omega"):
+        if name in arguments and keys.rng is None and keys.hit is None:
+            allowed = f"how many walls each particle has met, with {name}="
+            raise InputError(f"hit: is missing, allowed: {allowed}")
     arrays: dict[str, Any] = {n: arrays_of.reals(n, v) for n, v in arguments.items()}
     tails: dict[str, Shape] = {name: (VECTORS[name],) if name in VECTORS else () for name in arrays}
     shapes = {name: a.shape[: a.ndim - len(tails[name])] for name, a in arrays.items()}
@@ -356,25 +374,14 @@ def check_grain_word(grain: Any) -> None:
         refuse("grain", repr(grain), "'own', 'fresh', or numbers of shape (..., 3)")
 
 
-def as_output(out: NDArray[Any] | None, shape: Shape) -> NDArray[Any]:
-    """Give the array to write states to: the user's, if it fits, or a new one.
-
-    Raises
-    ------
-    InputError
-        If it is not a writable C-contiguous float64 or float32 array of that shape.
-    """
-    if out is None:
-        return np.empty(shape)
-    plain = isinstance(out, np.ndarray) and not isinstance(out, np.ma.MaskedArray)
-    fits = plain and out.dtype in (np.float64, np.float32)
-    if not (fits and out.shape == shape and out.flags.c_contiguous and out.flags.writeable):
-        given = f"{out.dtype} {out.shape}" if plain else type(out).__name__
-        refuse("out", given, f"a writable contiguous float64 or float32 array {shape}")
-    return out
-
-
-# -- rough walls -----------------------------------------------------------------------------------
+def check_written(name: str, array: Any, shape: Shape, *dtypes: Any) -> None:
+    """Refuse what is no writable array of a shape and one of some dtypes; None is none."""
+    plain = isinstance(array, np.ndarray) and not is_masked(array)
+    fits = plain and array.dtype in dtypes and array.shape == shape and array.flags.writeable
+    if array is not None and not fits:
+        given = f"{array.dtype} {array.shape}" if plain else type(array).__name__
+        kinds = " or ".join(np.dtype(dtype).name for dtype in dtypes)
+        refuse(name, given, f"a writable {kinds} array {shape}")
 
 
 def as_isotropic(isotropic: Any, roughness: Any) -> bool:
@@ -382,63 +389,3 @@ def as_isotropic(isotropic: Any, roughness: Any) -> bool:
     if not isinstance(isotropic, bool | np.bool_) or (isotropic and roughness is None):
         refuse("isotropic", _shown(isotropic), "True or False, and True with a roughness")
     return bool(isotropic)
-
-
-def wall_tilt(ra: float, rq: float, rsm: float, diameter: ArrayLike) -> NDArray[np.float64]:
-    """Compute the standard deviation of the tilt of facets, for `Table.rebound` as `roughness`.
-
-    It is atan(2 Ra / RSm) for a particle with a diameter below RSm / sin(atan(2 Ra / RSm)), which
-    meets the flanks of the profile's elements, and atan(2 Rq / RSm) for a larger one. All lengths
-    are in the same unit.
-
-    Parameters
-    ----------
-    ra, rq : float
-        Mean and root mean square of the profile's height (ISO 21920-2, ISO 4287), not negative.
-        That Rq is not below Ra, which holds for every profile, is not checked.
-    rsm : float
-        Mean width of the profile's elements, above 0.
-    diameter : float or array, shape (...)
-        Of the particles, above 0.
-
-    Returns
-    -------
-    float64 array, shape (...)
-        rad.
-
-    Raises
-    ------
-    InputError
-        If a length is not finite or not allowed, or the tilt of one of the particles is above
-        0.5 rad.
-
-    Notes
-    -----
-    Source: Sommerfeld & Huber, "Experimental analysis and modelling of particle-wall collisions",
-    Int. J. Multiphase Flow 25 (1999) 1457-1489.
-    """
-    for name, value, least in (("ra", ra, 0.0), ("rq", rq, 0.0), ("rsm", rsm, math.ulp(0.0))):
-        as_positive(name, value, least)
-        if np.ndim(value):
-            refuse(name, f"shape {np.shape(value)}", "one number")
-    diameters = as_positive("diameter", diameter)
-    # by the C library, as the header does: numpy's functions differ in the last digits
-    flank, whole = math.atan(2.0 * float(ra) / float(rsm)), math.atan(2.0 * float(rq) / float(rsm))
-    tilts = np.where(diameters * math.sin(flank) < rsm, flank, whole)
-    if (tilts > MAX_ROUGHNESS).any():
-        tilt = told_apart(float(tilts.max()), MAX_ROUGHNESS)
-        got = f"ra {ra:.9g}, rq {rq:.9g}, rsm {rsm:.9g}, a tilt of {tilt} rad"
-        refuse("ra, rq, rsm", got, f"a tilt up to {MAX_ROUGHNESS:g} rad")
-    return tilts
-
-
-def as_positive(name: str, values: ArrayLike, least: float = math.ulp(0.0)) -> NDArray[np.float64]:
-    """Coerce finite real numbers, positive ones unless `least` is 0; raises `InputError`."""
-    array = as_reals(name, values)
-    refused = ~((array >= least) & np.isfinite(array))
-    if refused.any():
-        k = int(refused.argmax())
-        where = f" at {place(k, array.shape)}" if array.ndim else ""
-        allowed = "a finite number, 0 or more" if least == 0.0 else "a finite number above 0"
-        refuse(name, f"{float(array.flat[k]):.9g}{where}", allowed)
-    return array

@@ -9,12 +9,12 @@ import tomllib
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import click
 
 from sampler import options
-from sampler.errors import InputError, OutsideTableWarning, refuse
+from sampler.errors import InputError, OutsideTableWarning
 from sampler.files import (
     available,
     commented_fields,
@@ -75,51 +75,31 @@ def draw(
     seed: int,
     spin: tuple[float, float, float] | None,
     output: Path,
-    outside: str,
+    outside: Literal["clamp", "raise"],
 ) -> int:
     """Draw rebound states at one impact angle and speed."""
     import numpy as np
 
     from sampler.table import load
 
-    loaded = load(table, outside="raise" if spin and outside == "raise" else "clamp")
-    if spin is None:
-        _check_inside(loaded, alpha, speed, outside)
-    elif not loaded.has_spin:
-        raise InputError("--spin: got one, allowed: none, for the table has no spin law")
-    with warnings.catch_warnings(record=spin is not None) as told:
-        # without a spin, the note has said it
-        warnings.simplefilter("ignore" if spin is None else "always", OutsideTableWarning)
-        index = np.arange(count, dtype=np.uint64)
-        state = loaded.sample(math.radians(alpha), speed, spin=spin, seed=seed, index=index)
+    loaded = load(table, outside=outside)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", OutsideTableWarning)
+        try:
+            keys: dict[str, Any] = {"seed": seed, "index": np.arange(count), "hit": 0}
+            state = loaded.sample(math.radians(alpha), speed, spin=spin, **keys)
+        except InputError as error:
+            raise InputError(_of_flags(error)) from None
     write_arrays(output, state=state, columns=loaded.columns)
-    if loaded.extrapolated:
-        note("sampler", f"{speed:g} m/s: the pair {loaded.pair} was not measured at that speed")
-    for warning in told or ():
-        note("sampler", str(warning.message).partition("; ")[0] + "; the nearest is used")
+    for warning in told:
+        note("sampler", _of_flags(warning.message).partition("; table.counts")[0])
     return DONE
 
 
-def _check_inside(loaded: Any, alpha: float, speed: float, outside: str) -> None:
-    """Say that the condition is outside the table, or raise `InputError` if that shall stop."""
-    from sampler.arguments import told_apart
-    from sampler.messages import is_outside
-
-    (first, last), (slow, fast) = loaded.alpha_range, loaded.speed_range
-    beyond = not loaded.speed_independent and is_outside(speed, (slow, fast))
-    off = is_outside(math.radians(alpha), (first, last))
-    if not off and not beyond:
-        return
-    covered = f"{math.degrees(first):g} to {math.degrees(last):g} deg, {slow:g} to {fast:g} m/s"
-    degrees = told_apart(alpha, math.degrees(first), math.degrees(last), digits=6)
-    velocity = told_apart(speed, slow, fast, digits=6)
-    if outside == "raise":
-        refuse("--alpha" if off else "--speed", degrees if off else velocity, covered)
-    note(
-        "sampler",
-        f"{degrees} deg, {velocity} m/s is outside the table ({covered}), "
-        "its nearest condition is used",
-    )
+def _of_flags(message: Any) -> str:
+    """Write a message on the first row of a draw in terms of the flags, which are for all rows."""
+    text = str(message).replace(" at row 0 (particle 0)", "")
+    return f"--{text}".replace("--alpha1:", "--alpha:")
 
 
 @click.command(
@@ -170,10 +150,11 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
     -------
     dict
         ``tables``, ``pairs``, ``scenes`` and ``measurements``, each by name. Of a table its
-        ``pair``, ``components``, ends of ``alpha_deg`` and of ``speed`` in m/s, and ``bytes``; of a
-        pair ``particle`` and ``wall``; of a scene its ``pair`` and the tables ``domain``, ``table``
-        and ``accuracy`` of its file, which differ from the pair's; of measurements the fields at
-        the top of their file, such as ``title``, ``particle`` and ``wall``.
+        ``pair``, ``components``, ends of ``alpha_deg``, of ``speed`` in m/s (None: any) and of
+        ``spin`` (None: no spin law), ``covers``, these in words, and ``bytes``; of a pair
+        ``particle`` and ``wall``; of a scene its ``pair`` and the tables ``domain``, ``table`` and
+        ``accuracy`` of its file, which differ from the pair's; of measurements the fields at the
+        top of their file, such as ``title``, ``particle`` and ``wall``.
     """
     pairs, scenes = {}, {}
     for name in available(".toml"):
@@ -191,14 +172,16 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
 
 
 def _table_facts(path: Path) -> dict[str, Any]:
-    from sampler.formats.hdf5 import read_table
+    from sampler.table import load
 
-    contents = read_table(path)
+    table = load(path)
     return {
-        "pair": contents.pair,
-        "components": list(contents.variables),
-        "alpha_deg": contents["axes/alpha_deg"][[0, -1]].tolist(),
-        "speed": contents["axes/speed"][[0, -1]].tolist(),
+        "pair": table.pair,
+        "components": list(table.columns),
+        "alpha_deg": table.covered.alpha_deg,
+        "speed": table.covered.speed,
+        "spin": table.covered.spin,
+        "covers": str(table.covered),
         "bytes": path.stat().st_size,
     }
 
@@ -226,7 +209,7 @@ def _catalogue_text(found: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str
     lines = {
         "tables": {
             name: ", ".join(
-                [*_ends(table), " ".join(table["components"]), f"{table['bytes'] / 1e6:.1f} MB"]
+                [table["covers"], " ".join(table["components"]), f"{table['bytes'] / 1e6:.1f} MB"]
             )
             for name, table in found["tables"].items()
         },

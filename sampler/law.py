@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sampler import library
-from sampler.arguments import Call, Grain, Keys, as_reals_up_to, common_shape
+from sampler.arguments import Call, Grain, Keys, as_reals_up_to, common_shape, present
 from sampler.errors import refuse
-from sampler.library import OpenTable, Report, Rows
+from sampler.library import Found, OpenTable, Rows
 
 #: Draws at a condition, and a seed that is kept for them: a user's draws shall not repeat them.
 DRAWS = 2**18
@@ -24,9 +24,9 @@ class LawAtConditions:
 
     columns: tuple[str, ...]
     _table: OpenTable
-    _call: Callable[[dict[str, ArrayLike], str, ArrayLike | None, Grain, Keys], Call]
-    _header: Any
-    _finish: Callable[[Any, Call, Report, int], None]
+    _call: Callable[[dict[str, Any], Grain, Keys], Call]
+    _refuse: Callable[[Call, Found], None]
+    _count: Callable[[Call, Found, int], None]
 
     def mean(
         self, alpha1: ArrayLike, speed: ArrayLike, spin: ArrayLike | None = None
@@ -105,11 +105,11 @@ class LawAtConditions:
         self, alpha1: ArrayLike, speed: ArrayLike, spin: ArrayLike | None, reduce: Reduction
     ) -> NDArray[np.float64]:
         """Reduce the draws at each condition to some numbers."""
-        given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
-        call = self._call(given, "spin", spin, "own", Keys(rng=np.random.default_rng(0)))
-        states = np.empty((max(call.rows.n, 1), len(self.columns)))
-        report = library.sample(self._table, call.rows, states[: call.rows.n], 1)
-        self._finish(self._header, call, report, 4)  # one draw each has checked the conditions
+        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
+        call = self._call(given, "own", Keys(rng=np.random.default_rng(0)))
+        codes = library.sample(self._table, call.rows, None, 1)
+        self._refuse(call, codes)
+        self._count(call, codes, 4)
         states = np.empty((DRAWS, len(self.columns)))
         results = []
         for k in range(call.rows.n):

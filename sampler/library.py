@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.errors import OK, TableError
+from sampler.errors import FLAGS, OK, TableError
 from sampler.formats.image import Image, aligned
 
 #: Rows of a slice at most: few enough for Ctrl-C, which comes between slices, to end a run at once.
@@ -33,48 +33,40 @@ _PLACE = Path(__file__).with_name("librebound.so")
 _VARIABLE = "REBOUND_SAMPLER_LIBRARY"
 
 
-class _Report(ctypes.Structure):
-    """``rbt_report``."""
-
-    _fields_ = (
-        *((name, c_size_t) for name in ("row", "clamped_row", "clamped")),
-        *((name, c_size_t) for name in ("extrapolated", "extrapolated_row")),
-    )
+def _record(name: str, addresses: str, *others: tuple[str, Any]) -> Any:
+    """Make a record of `rebound_sampler.h`: addresses, then other fields."""
+    fields = *((field, c_void_p) for field in addresses.split()), *others
+    return type(name, (ctypes.Structure,), {"_fields_": fields})
 
 
-class _Conditions(ctypes.Structure):
-    """``rbt_conditions``."""
-
-    _fields_ = (
-        *((name, c_void_p) for name in ("alpha1", "speed", "spin", "grain", "index", "hit")),
-        ("fresh_grains", c_int),
-    )
-
-
-class _Impacts(ctypes.Structure):
-    """``rbt_impacts``."""
-
-    _fields_ = (
-        *((name, c_void_p) for name in ("velocity", "normal", "half_size", "wall_velocity")),
-        *((name, c_void_p) for name in ("index", "hit", "omega", "roughness", "grain")),
-        *((name, c_int) for name in ("fresh_grains", "isotropic")),
-    )
-
+Conditions = _record("Conditions", "alpha1 speed spin grain index hit", ("fresh", c_int))
+Impacts = _record(
+    "Impacts",
+    "velocity normal half_size wall_velocity omega roughness grain index hit",
+    *(("fresh", c_int), ("isotropic", c_int)),
+)
+Rebounds = _record(
+    "Rebounds",
+    "velocity omega works codes",
+    *(("bad", c_size_t), ("first_bad", c_size_t), ("flagged", c_size_t * 4)),
+)
 
 #: Functions of the library: result, then arguments.
 _FUNCTIONS: dict[str, tuple[Any, ...]] = {
-    "rbt_open_memory": (c_int, c_void_p, c_size_t, c_void_p),
+    "rbt_open_image": (c_int, c_void_p, c_size_t, c_void_p),
     "rbt_close": (None, c_void_p),
     "rbt_strerror": (c_char_p, c_int),
-    "rbt_grains_batch": (c_int, c_void_p, c_size_t, c_uint64, c_void_p, c_void_p),
-    "rbt_sample_batch": (
-        *(c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p),
-    ),
-    "rbt_rebound_batch": (
-        *(c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p, c_void_p, c_void_p),
-    ),
-    "rbt_wall_tilt": (c_int, c_double, c_double, c_double, c_double, c_void_p),
+    "rbt_covered": (c_int, c_void_p, c_void_p),
+    "rbt_grains": (c_int, c_void_p, c_size_t, c_uint64, c_void_p, c_void_p, c_void_p),
+    "rbt_sample": (c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p, c_void_p),
+    "rbt_rebound": (c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p),
     "rbt_mean_half_size": (c_double, c_void_p, c_double),
+    # of library.c: the number of rows, the arguments, the result
+    "rbt_wall_tilt_rows": (None, c_size_t, *5 * [c_void_p]),
+    "rbt_gas_torque_rows": (None, c_size_t, *6 * [c_void_p]),
+    "rbt_spin_after_rows": (None, c_size_t, *8 * [c_void_p]),
+    "rbt_half_size_rows": (None, c_size_t, *4 * [c_void_p]),
+    "rbt_deposits_rows": (None, c_size_t, *5 * [c_void_p]),
 }
 
 
@@ -116,7 +108,7 @@ class OpenTable:
     ----------
     image : uint8 array
     handle : int
-        Address of the ``rbt_table``, for C, `sampler.draw` and `sampler.rebound`.
+        Address of the ``rbt_table``, for C and `sampler.numba`.
 
     Raises
     ------
@@ -130,7 +122,7 @@ class OpenTable:
             moved[:] = image
             image = moved
         table = c_void_p()
-        code = library().rbt_open_memory(image.ctypes.data, image.size, ctypes.addressof(table))
+        code = library().rbt_open_image(image.ctypes.data, image.size, ctypes.addressof(table))
         if code != OK:
             raise TableError(library().rbt_strerror(code).decode())
         assert table.value is not None
@@ -140,39 +132,18 @@ class OpenTable:
     def __reduce__(self) -> tuple[Any, ...]:
         return OpenTable, (self.image,)
 
-
-class Report(NamedTuple):
-    """What a batch reports of its rows; rows are -1 for none.
-
-    Attributes
-    ----------
-    bad_row, code : int
-        The first row with an error, and its code.
-    clamped_row, clamped : int
-        The first row outside the table, and how many there are.
-    extrapolated : int
-        Number of rows with a speed at which the laws of the pair were not measured.
-    """
-
-    bad_row: int
-    code: int
-    clamped_row: int
-    clamped: int
-    extrapolated: int
+    def covered(self) -> dict[str, tuple[float, float]]:
+        """Give the ends of what ``rbt_covered`` names: alpha1, rad, speed, spin, measured."""
+        ends = np.empty((4, 2))
+        library().rbt_covered(self.handle, ends.ctypes.data)
+        names = ("alpha1", "speed", "spin", "measured")
+        return {name: (float(a), float(b)) for name, (a, b) in zip(names, ends, strict=True)}
 
 
 class Rows(NamedTuple):
-    """Arguments of a batch by name; an array of one row stands for all rows.
+    """Arguments of n rows by name: contiguous arrays (n, ...), or (1, ...) of one for all rows.
 
-    Attributes
-    ----------
-    n : int
-        Number of rows.
-    seed : int
-    arrays : dict of contiguous arrays, shape (n, ...) or (1, ...)
-        float64, but ``index`` (uint64) and ``hit`` (uint32).
-    fresh : bool
-        Whether a particle has another grain at each hit.
+    They are float64, but ``index`` (uint64) and ``hit`` (uint32); fresh: another grain at each hit.
     """
 
     n: int
@@ -181,27 +152,46 @@ class Rows(NamedTuple):
     fresh: bool
 
 
-def sample(table: OpenTable, rows: Rows, states: NDArray[Any], threads: int | None) -> Report:
-    """Draw the states of all rows.
+class Found(NamedTuple):
+    """Codes of the rows of a call, and what there is among them.
 
-    Parameters
+    Attributes
     ----------
-    table : OpenTable
-    rows : Rows
-        ``alpha1``, ``speed``, ``index``, ``hit`` and, if they are given, ``spin`` and ``grain``.
-    states : float64 or float32 array, shape (n, n_columns), written
-    threads : int or None
-        None: as many as the number of rows is worth.
+    codes : int array, shape (n,), or None
+        None: all are 0.
+    bad : bool
+        Whether any is an error.
+    counts : tuple of int
+        Numbers of rows with each of `sampler.errors.FLAGS`.
     """
-    draw = library().rbt_sample_batch
-    single = states.dtype == np.float32
 
-    def run(place: Callable[[str], int | None], start: int, count: int, report: int) -> int:
-        given = _Conditions(*map(place, ("alpha1", "speed", "spin", "grain", "index", "hit")))
-        given.fresh_grains = rows.fresh
-        out = states.ctypes.data + start * states.strides[0]
-        where = (None, out) if single else (out, None)
-        return draw(table.handle, count, ctypes.addressof(given), rows.seed, *where, report)
+    codes: NDArray[np.intc] | None
+    bad: bool
+    counts: tuple[int, ...]
+
+    @classmethod
+    def of(cls, codes: NDArray[np.intc]) -> "Found":
+        """Look through codes."""
+        bad = bool((codes < 0).any())
+        # bytes take a third of the time
+        flags = np.where(codes < 0, 0, codes).astype(np.uint8) if bad else codes.astype(np.uint8)
+        counts = (int(np.count_nonzero(flags & flag)) for flag in FLAGS.values())
+        return cls(codes, bad, tuple(counts))
+
+
+def sample(
+    table: OpenTable, rows: Rows, states: NDArray[np.float64] | None, threads: int | None
+) -> Found:
+    """Draw the states (n, n_columns) of all rows, NaN where there is an error; None: codes alone.
+
+    `threads`: None for as many as the number of rows is worth.
+    """
+    draw = library().rbt_sample
+
+    def run(at: dict[str, int], start: int, count: int, codes: int) -> int:
+        given = Conditions(**at, fresh=rows.fresh)
+        out = None if states is None else states.ctypes.data + start * states.strides[0]
+        return draw(table.handle, count, ctypes.byref(given), rows.seed, out, codes)
 
     return _run(run, rows, threads)
 
@@ -209,34 +199,21 @@ def sample(table: OpenTable, rows: Rows, states: NDArray[Any], threads: int | No
 def rebound(
     table: OpenTable,
     rows: Rows,
-    velocity: NDArray[np.float64],
-    omega: NDArray[np.float64],
+    results: dict[str, NDArray[np.float64]],
     threads: int | None,
     isotropic: bool,
-) -> Report:
-    """Rebound the particles of all rows.
+) -> Found:
+    """Write the results that are wanted: velocity and omega (n, 3), works (n, 2), of each row.
 
-    Parameters
-    ----------
-    table : OpenTable
-    rows : Rows
-        ``velocity``, ``normal``, ``half_size``, ``index``, ``hit`` and, if they are given,
-        ``wall_velocity``, ``omega``, ``roughness`` and ``grain``.
-    velocity, omega : float64 array, shape (n, 3), written
-        After the rebound, m/s and rad/s, lab frame.
-    threads : int or None
-        As for `sample`.
-    isotropic : bool
-        Whether facets of rough walls are tilted across the plane of incidence as well.
+    They are in the lab frame, in m/s, rad/s and J/kg, and NaN where there is an error.
     """
-    bounce = library().rbt_rebound_batch
-    names = [field[0] for field in _Impacts._fields_ if field[1] is c_void_p]
+    bounce = library().rbt_rebound
 
-    def run(place: Callable[[str], int | None], start: int, count: int, report: int) -> int:
-        given = _Impacts(*map(place, names))
-        given.fresh_grains, given.isotropic = rows.fresh, isotropic
-        after = [array.ctypes.data + 24 * start for array in (velocity, omega)]
-        return bounce(table.handle, count, ctypes.addressof(given), rows.seed, *after, report)
+    def run(at: dict[str, int], start: int, count: int, codes: int) -> int:
+        given = Impacts(**at, fresh=rows.fresh, isotropic=isotropic)
+        to = {name: array.ctypes.data + start * array.strides[0] for name, array in results.items()}
+        after = Rebounds(**to, codes=codes)
+        return bounce(table.handle, count, ctypes.byref(given), rows.seed, ctypes.byref(after))
 
     return _run(run, rows, threads)
 
@@ -246,12 +223,12 @@ def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> ND
     whole = np.ascontiguousarray(np.broadcast_to(index, (n,)))
     found = np.empty((n, 3))
     address = found.ctypes.data
-    library().rbt_grains_batch(table.handle, n, seed, whole.ctypes.data, address)
+    library().rbt_grains(table.handle, n, seed, whole.ctypes.data, None, address)
     return found
 
 
-def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Report:
-    """Run a batch function over slices of all rows, up to the first with an error."""
+def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Found:
+    """Run a function over slices of all rows; return what was found."""
     n = rows.n
     if threads is None:
         worth = n // _ROWS_PER_THREAD
@@ -259,35 +236,29 @@ def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Report:
     parts = threads * max(1, math.ceil(n / (threads * SLICE))) if threads > 1 or n > SLICE else 1
     longest = math.ceil(n / parts)
     arrays = {name: _long_enough(array, n, longest) for name, array in rows.arrays.items()}
-    at = {name: array.ctypes.data for name, array in arrays.items()}
-    step = {name: array.strides[0] if len(array) == n else 0 for name, array in arrays.items()}
-    first_bad = [n]  # start of a slice with an error: those behind it need not run
+    codes = np.empty(n, np.intc)
 
-    def part(ends: tuple[int, int]) -> Report:
+    nothing = Found(None, False, (0,) * len(FLAGS))
+
+    def part(ends: tuple[int, int]) -> Found:
         start, end = ends
-        report = _Report()
-        if start > first_bad[0] or end == start:
-            return Report(-1, OK, -1, 0, 0)
-
-        def place(name: str) -> int | None:
-            return at[name] + start * step[name] if name in at else None
-
-        code = run(place, start, end - start, ctypes.addressof(report))
-        if code < OK:
-            first_bad[0] = min(first_bad[0], start)
-        return Report(
-            start + report.row if code < OK else -1,
-            min(code, OK),
-            start + report.clamped_row if report.clamped else -1,
-            report.clamped,
-            report.extrapolated,
-        )
+        at = {
+            name: array.ctypes.data + (start * array.strides[0] if len(array) == n else 0)
+            for name, array in arrays.items()
+        }
+        code = run(at, start, end - start, codes.ctypes.data + start * codes.itemsize)
+        return Found.of(codes[start:end]) if code else nothing  # while they are in the cache
 
     slices = list(pairwise(n * k // parts for k in range(parts + 1)))
     if threads == 1:
-        return _merged([part(ends) for ends in slices])
-    with ThreadPoolExecutor(threads) as pool:
-        return _merged(list(pool.map(part, slices)))
+        found = [part(ends) for ends in slices]
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            found = list(pool.map(part, slices))
+    if all(each is nothing for each in found):
+        return nothing
+    counts = tuple(map(sum, zip(*(each.counts for each in found), strict=True)))
+    return Found(codes, any(each.bad for each in found), counts)
 
 
 def _long_enough(array: NDArray[Any], n: int, longest: int) -> NDArray[Any]:
@@ -302,12 +273,3 @@ def processors() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-def _merged(parts: list[Report]) -> Report:
-    """Put the reports of slices together; counts are of the rows before the first error."""
-    bad = next((k for k, part in enumerate(parts) if part.bad_row >= 0), len(parts) - 1)
-    told = parts[: bad + 1]
-    first = next((part.clamped_row for part in told if part.clamped_row >= 0), -1)
-    clamped, extrapolated = sum(p.clamped for p in told), sum(p.extrapolated for p in told)
-    return Report(parts[bad].bad_row, parts[bad].code, first, clamped, extrapolated)

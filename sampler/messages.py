@@ -1,264 +1,200 @@
-"""Rows that a batch refused or moved to the edge of the table: their messages and their number.
-
-A batch reports a row and a code. The argument to blame is found from the arguments of the row.
-"""
+"""Codes of rows: what a table covers, and which rows are refused, or counted and warned of."""
 
 import math
+import re
 import threading
 import warnings
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sampler import errors
-from sampler.arguments import MAX_ROUGHNESS, Call, told_apart
-from sampler.errors import InputError, OutsideTableWarning
-from sampler.formats.binary_layout import OTHER_POPULATION, SPEED_INDEPENDENT
-from sampler.formats.bounds import ANY_SPEED, INERTIA, LEAST_RATIO, ROUNDING
-from sampler.library import Report
+from sampler.arguments import Call, told_apart
+from sampler.errors import CODES, FLAGS, InputError, OutsideTableWarning
+from sampler.formats.bounds import ANY_SPEED, INERTIA
+from sampler.library import Found
 
-_LEAVES = "one that lets the particle leave the wall"
+Ends = tuple[float, float]
 
-#: Argument to blame for a code and the allowed values, for conditions and for impacts.
-_CONDITIONS = {
-    errors.NOT_APPROACHING: ("alpha1", f"above 0, at most pi/2 rad, {math.pi / 2.0}"),
-    errors.SPEED_NOT_POSITIVE: ("speed", "above 0 m/s"),
-    errors.GRAIN_NOT_KNOWN: (
-        "grain",
-        f"a shape code of the population, and b/a and c/b from {LEAST_RATIO:g} to 1",
-    ),
-}
-_IMPACTS = _CONDITIONS | {
-    errors.NOT_APPROACHING: (
-        "velocity",
-        "towards the wall, (velocity - wall_velocity) . normal < 0",
-    ),
-    errors.SPEED_NOT_POSITIVE: ("velocity", "1e-150 m/s or more relative to the wall"),
-    errors.NORMAL_NOT_USABLE: ("normal", "any length but zero"),
-    errors.HALF_SIZE_NOT_POSITIVE: ("half_size", "1e-30 m or more"),
-    errors.ROUGHNESS_NOT_USABLE: ("roughness", f"0 to {MAX_ROUGHNESS:g} rad"),
-    errors.TILT_NOT_FOUND: ("roughness", _LEAVES),
-    errors.CASCADE_NOT_ENDED: ("roughness", _LEAVES),
-}
+#: Flags of rows that lie outside a table.
+_OUTSIDE = errors.ANGLE | errors.SPEED | errors.SPIN
+
+#: Arguments that may be to blame for an error, and what is allowed of them, by its code.
+_ALLOWED = {
+    code.number: dict(re.findall(r"(\w+): allowed: ([^;]*)", code.text)) for code in CODES
+} | {errors.GRAIN_NOT_KNOWN: {"grain": "a shape code and ratios that the table was made for"}}
+
+
+class Covered(NamedTuple):
+    """What a table covers, the same for both of its laws; in words, by `str`."""
+
+    #: Impact angles, degrees, and speeds, m/s; None: any.
+    alpha_deg: Ends
+    speed: Ends | None
+    #: Sizes of the spin before the impact times a/V; None: there is no spin law.
+    spin: Ends | None
+    #: Speeds at which the law of the pair was measured, m/s; None: it holds at any.
+    measured: Ends | None
+    #: Largest speed with the spin, V (1 + 2/3 spin^2)^(1/2), m/s.
+    effective: float
+
+    @classmethod
+    def of(cls, ends: dict[str, Ends], has_spin: bool, effective: float) -> "Covered":
+        """Make it of what ``rbt_covered`` gives, without the rounding of units."""
+        low, high = (round(math.degrees(end), 12) for end in ends["alpha1"])
+        speed, measured = (
+            None if ends[name][1] >= ANY_SPEED[1] else ends[name] for name in ("speed", "measured")
+        )
+        least, most = ends["spin"]
+        spin = (round(least, 9), round(most, 9)) if has_spin else None
+        return cls((low, high), speed, spin, measured, effective)
+
+    def __str__(self) -> str:
+        low, high = self.alpha_deg
+        parts = [f"{low:g} to {high:g} deg" if low > 0.0 else "any angle"]
+        parts += ["any speed" if self.speed is None else f"{_to(self.speed)} m/s"]
+        if self.spin is not None:
+            parts += [f"spin {_to(self.spin)}" if self.spin[1] < 1e9 else "any spin"]
+        return ", ".join(parts).replace("spin 0 to", "spin to")
+
+
+def _to(ends: Ends) -> str:
+    return f"{ends[0]:g} to {ends[1]:g}"
 
 
 class Counts:
-    """Numbers of draws outside a table, and of draws that extrapolate its laws."""
+    """Numbers of draws with each kind of flag; a copy begins anew."""
 
     def __init__(self) -> None:
-        self.clamped = self.extrapolated = 0
+        self.by_kind = dict.fromkeys(FLAGS, 0)
         self._lock = threading.Lock()
 
-    def add(self, clamped: int, extrapolated: int) -> bool:
-        """Add to the counts, from any thread; tell whether the first clamped draw is among them."""
+    def add(self, found: dict[str, int]) -> list[str]:
+        """Add numbers, from any thread; tell which kinds were met for the first time."""
         with self._lock:
-            first = self.clamped == 0 and clamped > 0
-            self.clamped += clamped
-            self.extrapolated += extrapolated
-        return first
+            new = [kind for kind, number in found.items() if number and not self.by_kind[kind]]
+            for kind, number in found.items():
+                self.by_kind[kind] += number
+        return new
 
     def __reduce__(self) -> tuple[type["Counts"], tuple[()]]:
         return Counts, ()
 
 
 class Counting:
-    """The part that `Table` and `DeviceTable` share: bad rows are refused, clamped ones counted."""
+    """The part that `Table` and `DeviceTable` share: what becomes of the codes of a call."""
 
     outside: str
+    pair: str
+    covered: Covered
     _counts: Counts
 
     @property
-    def clamped(self) -> int:
-        """Number of draws so far that lay outside the table, in angle, speed or spin."""
-        return self._counts.clamped
+    def counts(self) -> dict[str, int]:
+        """Numbers of draws so far: angle, speed or spin outside the table, extrapolated."""
+        return dict(self._counts.by_kind)
 
     @property
     def extrapolated(self) -> int:
-        """Number of draws so far with an impact speed outside the file's ``valid_speed``."""
-        return self._counts.extrapolated
+        """Number of draws so far at speeds at which the pair was not measured."""
+        return self._counts.by_kind["extrapolated"]
 
-    def _finish(self, header: Any, call: Call, report: Report, stacklevel: int) -> None:
-        """Refuse the first bad row of a call, or count its rows outside the table."""
-        clamped, bad = report.clamped_row, report.bad_row
-        if clamped >= 0 and self.outside == "raise" and not 0 <= bad < clamped:
-            raise InputError(outside_message(header, call, clamped))
-        if bad >= 0:
-            raise InputError(row_message(call, bad, report.code))
-        if self._counts.add(report.clamped, report.extrapolated):
-            told = outside_warning(header, call, clamped, report.clamped)
-            # of the line that drew
+    def _refused(self, found: Found) -> NDArray[np.bool_] | None:
+        """Tell which rows have an error, or are outside where that is one; None: none has."""
+        raises = self.outside == "raise" and any(found.counts[:3])
+        if found.codes is None or not (found.bad or raises):
+            return None
+        refused: NDArray[np.bool_] = found.codes < 0
+        return refused | ((found.codes & _OUTSIDE) != 0) if raises else refused
+
+    def _refuse(self, call: Call, found: Found) -> None:
+        """Raise the `InputError` of the first row of a call that is refused."""
+        refused, codes = self._refused(found), found.codes
+        if refused is not None and codes is not None:
+            row = int(refused.argmax())
+            if codes[row] < 0:
+                raise InputError(row_message(call, row, int(codes[row])))
+            raise InputError(self._outside(call, row, int(codes[row])))
+
+    def _count(self, call: Call, found: Found, stacklevel: int) -> None:
+        """Count the flags of rows without errors; warn of each kind once, at the line that drew."""
+        if found.codes is None:
+            return
+        codes, numbers = found.codes, dict(zip(FLAGS, found.counts, strict=True))
+        for kind in self._counts.add(numbers):
+            row = int(((codes > 0) & ((codes & FLAGS[kind]) != 0)).argmax())
+            rows = f"{numbers[kind]} of the rows of this call"
+            if kind == "extrapolated":
+                told = f"{self._extrapolated(call, row)} for {rows}"
+            else:
+                told = f"{self._outside(call, row, FLAGS[kind])}; {rows} took its nearest condition"
+            told += "; table.counts goes on counting, without further warnings"
             warnings.warn(told, OutsideTableWarning, stacklevel=stacklevel)
+
+    def _outside(self, call: Call, row: int, code: int) -> str:
+        """Say that a row lies outside the table."""
+        arrays, covered, allowed = call.rows.arrays, self.covered, str(self.covered)
+        kind = next(kind for kind, flag in FLAGS.items() if code & flag)
+        name = {"angle": "alpha1"}.get(kind, kind)
+        if "velocity" in arrays:
+            name = "omega" if kind == "spin" else "velocity"
+        alpha1, speed, spin = _impact(call, row)
+        degrees = told_apart(math.degrees(alpha1), *covered.alpha_deg, digits=6)
+        given = f"{degrees} deg, {told_apart(speed, *covered.speed or (), digits=6)} m/s"
+        if covered.spin is not None and not {"spin", "omega"}.isdisjoint(arrays):
+            given += f", spin {told_apart(spin, *covered.spin, digits=6)}"
+        if "roughness" in arrays:
+            given += " or on a facet of its rough wall"
+        elif kind == "spin" and covered.spin is not None and spin <= covered.spin[1]:
+            most = math.sqrt(((covered.effective / speed) ** 2 - 1.0) / INERTIA)
+            allowed += f", at this speed to {most:.6g}"
+        return (
+            f"{name}: got an impact at {given} at {call.place(row)}, allowed: {allowed}, the range "
+            f"of the table {self.pair}"
+        )
+
+    def _extrapolated(self, call: Call, row: int) -> str:
+        """Say that the law of the pair is extrapolated."""
+        name = "velocity" if "velocity" in call.rows.arrays else "speed"
+        measured = self.covered.measured or (0.0, ANY_SPEED[1])
+        return (
+            f"{name}: got {_impact(call, row)[1]:.6g} m/s at {call.place(row)}, but {self.pair} "
+            f"was measured at {_to(measured)} m/s: its law is extrapolated"
+        )
 
 
 def row_message(call: Call, row: int, code: int) -> str:
-    """Write the message on a row that a batch refused.
-
-    Parameters
-    ----------
-    call : Call
-        Arguments of `Table.sample` or of `Table.rebound`.
-    row, code : int
-        As the batch reported them.
-    """
+    """Write the message on a row with an error, of `Table.sample` or of `Table.rebound`."""
+    arrays, allowed = call.rows.arrays, _ALLOWED[code]
+    name = next((name for name in allowed if name in arrays), "")
+    said = allowed.get(name, "")
     if code == errors.NOT_FINITE:
-        bad = (name for name in call.rows.arrays if not np.isfinite(call.at(name, row)).all())
-        name, allowed = next(bad, ""), "finite numbers"
-        if not name:  # each number is finite; a square is not
-            name, allowed = _too_large(call, row)
-    else:
-        name, allowed = (_IMPACTS if "velocity" in call.rows.arrays else _CONDITIONS)[code]
-    given = ", ".join(
-        told_apart(float(x), math.pi / 2.0) for x in np.atleast_1d(call.at(name, row))
-    )
-    return f"{name}: got {given} at {call.place(row)}, allowed: {allowed}"
+        given = {n: np.abs(call.at(n, row)).max() for n in arrays if n not in ("index", "hit")}
+        bad = [n for n, size in given.items() if not np.isfinite(size)]
+        # each number is finite; a square is not
+        name = bad[0] if bad else max(given, key=given.__getitem__)
+        said = "finite numbers" if bad else "speeds and spins times a/V below 1e150"
+    elif not name:
+        text = next(each.text for each in CODES if each.number == code)
+        return f"{text}, at {call.place(row)}"
+    numbers = np.atleast_1d(call.at(name, row))
+    values = ", ".join(told_apart(float(x), math.pi / 2.0) for x in numbers)
+    return f"{name}: got {values} at {call.place(row)}, allowed: {said}"
 
 
-def outside_message(header: Any, call: Call, row: int) -> str:
-    """Write the message on a row that lies outside the table.
-
-    Parameters
-    ----------
-    header : record
-        Of the table's image.
-    call, row
-        As for `row_message`.
-    """
-    at = call.place(row)
-    found = (_outside_spin_law if _spins(header, call) else _outside_nodes)(header, call, row)
-    if found is None:
-        return (
-            f"roughness: got a facet or a further bounce outside of the table at {at}, "
-            "allowed: none with outside='raise'"
-        )
-    name, value, (low, high), unit, note = found
-    return (
-        f"{name}: got {told_apart(value, low, high, digits=6)}{unit} at {at}, allowed: "
-        f"{low:.6g} to {high:.6g}{unit}{note}, the range of the table {header['pair'].decode()}"
-    )
-
-
-def _spins(header: Any, call: Call) -> bool:
-    """Tell whether a call draws from the spin law."""
-    given = not {"spin", "omega", "grain"}.isdisjoint(call.rows.arrays)
-    own = "velocity" in call.rows.arrays and header["n_shapes"] > 0 and not call.rows.fresh
-    return bool(given or own or header["flags"] & OTHER_POPULATION)
-
-
-def outside_warning(header: Any, call: Call, row: int, clamped: int) -> str:
-    """Write the warning on the first draws outside of a table."""
-    return (
-        f"{outside_message(header, call, row)}; {clamped} draw{'s' * (clamped > 1)} of this "
-        "call lay outside, and took the nearest angle and speed of the table. table.clamped goes "
-        "on counting, without further warnings"
-    )
-
-
-def is_outside(value: float, ends: tuple[float, float]) -> bool:
-    """Tell whether a value lies off an axis by more than the rounding of a unit conversion."""
-    return not ends[0] * (1.0 - ROUNDING) <= value <= ends[1] * (1.0 + ROUNDING)
-
-
-def speed_limits(header: Any) -> tuple[float, float]:
-    """Give the speeds beyond which a condition is outside: any, if rebounds do not depend on it."""
-    if header["flags"] & SPEED_INDEPENDENT:
-        return ANY_SPEED
-    return float(header["speed_first"]), float(header["speed_last"])
-
-
-#: Argument, value, ends of the range, unit, and what the range is at.
-_Outside = tuple[str, float, tuple[float, float], str, str]
-
-
-def _outside_angle(call: Call, alpha1: float, ends: Any) -> _Outside | None:
-    """Give the impact angle, in degrees, where it is outside of its range."""
-    first, last = float(ends[0]), float(ends[1])
-    if not is_outside(alpha1, (first, last)):
-        return None
-    # written as rounded as the unit's conversion is
-    low, high = (float(f"{math.degrees(end):.12g}") for end in (first, last))
-    if "velocity" in call.rows.arrays:
-        return "velocity", math.degrees(alpha1), (low, high), " deg", " from the wall"
-    return "alpha1", math.degrees(alpha1), (low, high), " deg", ""
-
-
-def _speed_name(call: Call) -> str:
-    return "velocity" if "velocity" in call.rows.arrays else "speed"
-
-
-def _outside_nodes(header: Any, call: Call, row: int) -> _Outside | None:
-    """Find what lies outside the law of first impacts."""
-    alpha1, speed = _condition(call, row)
-    speeds = speed_limits(header)
-    found = _outside_angle(call, alpha1, (header["alpha_first"], header["alpha_last"]))
-    if found is None and is_outside(speed, speeds):
-        found = _speed_name(call), speed, speeds, " m/s", ""
-    return found
-
-
-def _outside_spin_law(header: Any, call: Call, row: int) -> _Outside | None:
-    """Find what lies outside the spin law, of speeds V_e, in terms of what was given."""
-    alpha1, speed = _condition(call, row)
-    found = _outside_angle(call, alpha1, header["spin_alpha"])
-    if found is not None:
-        return found
-    low, high = (float(x) for x in header["spin_speed"])
-    size = math.sqrt(_spin_squared(call, row, speed))
-    factor = math.sqrt(1.0 + INERTIA * size**2)
-    per_spin = speed  # of the unit in which the spin was given
-    if "velocity" in call.rows.arrays:
-        per_spin = speed / float(call.at("half_size", row))
-    least, most = (float(x) for x in header["spin_size"])
-    if is_outside(size, (least, most)):
-        if "spin" in call.rows.arrays:
-            return "spin", size, (least, most), "", " in size"
-        return "omega", size * per_spin, (least * per_spin, most * per_spin), " rad/s", ""
-    if header["flags"] & SPEED_INDEPENDENT or not is_outside(speed * factor, (low, high)):
-        return None
-    if "omega" not in call.rows.arrays:
-        note = " with this spin" if size > 0.0 else ""
-        return _speed_name(call), speed, (low / factor, high / factor), " m/s", note
-    turning = INERTIA * (size * speed) ** 2  # the part of V_e^2 that stays where V changes
-    if turning > high**2:
-        most = high / math.sqrt(INERTIA) / speed * per_spin
-        return "omega", size * per_spin, (0.0, most), " rad/s", ""
-    speeds = math.sqrt(max(low**2 - turning, 0.0)), math.sqrt(high**2 - turning)
-    return "velocity", speed, speeds, " m/s", " with this angular velocity" * (size > 0.0)
-
-
-def _condition(call: Call, row: int) -> tuple[float, float]:
-    """Compute impact angle (rad) and speed (m/s) of a row."""
-    if "velocity" not in call.rows.arrays:
-        return float(call.at("alpha1", row)), float(call.at("speed", row))
-    relative = _relative(call, row)
-    normal = call.at("normal", row)
+def _impact(call: Call, row: int) -> tuple[float, float, float]:
+    """Compute impact angle (rad), speed (m/s) and size of the spin of a row, on the mean wall."""
+    arrays = call.rows.arrays
+    if "velocity" not in arrays:
+        spin = call.at("spin", row) if "spin" in arrays else np.zeros(3)
+        return float(call.at("alpha1", row)), float(call.at("speed", row)), math.hypot(*spin)
+    wall = call.at("wall_velocity", row) if "wall_velocity" in arrays else 0.0
+    relative, normal = call.at("velocity", row) - wall, call.at("normal", row)
     normal = normal / np.abs(normal).max()
     normal = normal / np.linalg.norm(normal)
-    approach = -float(relative @ normal)
+    approach, speed = -float(relative @ normal), math.hypot(*relative)
     tangential = float(np.linalg.norm(relative + approach * normal))
-    return math.atan2(approach, tangential), math.hypot(*relative)
-
-
-def _relative(call: Call, row: int) -> Any:
-    """Give the velocity relative to the wall."""
-    wall = call.at("wall_velocity", row) if "wall_velocity" in call.rows.arrays else 0.0
-    return call.at("velocity", row) - wall
-
-
-def _too_large(call: Call, row: int) -> tuple[str, str]:
-    """Find the argument whose square is no number any more, and the allowed values."""
-    if "velocity" not in call.rows.arrays:
-        return "spin", "a magnitude below 1e150, and of the speed too"
-    if "omega" in call.rows.arrays and math.hypot(*_relative(call, row)) < 1e150:
-        return "omega", "a magnitude below 1e150 times V/a"
-    return "velocity", "a magnitude below 1e150 m/s"
-
-
-def _spin_squared(call: Call, row: int, speed: float) -> float:
-    """Compute the square of the spin times a/V of a row."""
-    if "spin" in call.rows.arrays:
-        spin = call.at("spin", row)
-    elif "omega" in call.rows.arrays:
-        spin = call.at("omega", row) * (float(call.at("half_size", row)) / speed)
-    else:
-        spin = np.zeros(3)
-    return float(spin @ spin)
+    omega = call.at("omega", row) if "omega" in arrays else np.zeros(3)
+    spin_size = math.hypot(*omega) * float(call.at("half_size", row)) / speed
+    return math.atan2(approach, tangential), speed, spin_size

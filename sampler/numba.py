@@ -5,17 +5,14 @@ The functions here are compiled into their caller, with ``cache=True``, ``parall
 
 >>> import numba
 >>> import numpy as np
->>> import sampler
+>>> import sampler.numba
 >>> table = sampler.load("corundum-steel-compact")
 >>> @numba.njit
-... def speed_after(handle, n):
-...     v, up, out, total = (90.0, -90.0, 0.0), (0.0, 1.0, 0.0), np.empty(6), 0.0
-...     for k in range(n):
-...         sampler.rebound(handle, v, up, 1e-5, None, None, 7, k, 0, out)
-...         total += np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2)
-...     return total / n
->>> bool(50.0 < speed_after(table.handle, 1000) < 127.0)
-True
+... def thrown_back(handle, out):
+...     v, up = (90.0, -90.0, 0.0), (0.0, 1.0, 0.0)
+...     return sampler.numba.rebound(handle, v, up, 1e-5, index=1, hit=0, seed=7, out=out)
+>>> thrown_back(table.handle, np.empty(6))
+0
 """
 
 import ctypes
@@ -33,26 +30,40 @@ from numba.core.errors import TypingError
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
+from sampler.errors import MISSING
 from sampler.library import library
 
 Vector = tuple[float, float, float]
+Maybe = Vector | None
 
-_LONG, _WORD, _REAL = ir.IntType(64), ir.IntType(32), ir.DoubleType()
+_LONG, _REAL = ir.IntType(64), ir.DoubleType()
 _POINTER = _REAL.as_pointer()
+_NULL = ir.Constant(_POINTER, None)
+
+#: Default of arguments that must be given: their names come behind others in the order of C.
+_REQUIRED: Any = None
 
 
-def _is_real(kind: Any) -> bool:
-    return isinstance(kind, types.Float | types.Integer)
+class _Kind(NamedTuple):
+    """Kind of an argument: the types that fit, the allowed ones in words, and what C takes."""
+
+    fits: Callable[[Any], bool]
+    allowed: str
+    number: Any
+    by_address: bool = False
+
+    def or_none(self) -> "_Kind":
+        """Allow None, which is NULL in C."""
+        fits = lambda kind: _is(types.NoneType)(kind) or self.fits(kind)  # noqa: E731
+        return self._replace(fits=fits, allowed=f"{self.allowed}, or None")
+
+
+def _is(*kinds: Any) -> Callable[[Any], bool]:
+    return lambda kind: isinstance(kind, kinds)
 
 
 def _is_vector(kind: Any) -> bool:
-    plain = isinstance(kind, types.BaseTuple) and len(kind) == 3
-    return plain and all(_is_real(part) for part in kind)
-
-
-def _is_missing(kind: Any) -> bool:
-    omitted = isinstance(kind, types.Omitted) and kind.value is None
-    return omitted or isinstance(kind, types.NoneType)
+    return _is(types.BaseTuple)(kind) and len(kind) == 3 and all(map(_NUMBER.fits, kind))
 
 
 def _is_output(kind: Any) -> bool:
@@ -60,208 +71,178 @@ def _is_output(kind: Any) -> bool:
     return plain and kind.mutable and kind.dtype == types.float64
 
 
-#: Numba's, whose caller leaves the typing context out.
-_intrinsic = cast(Callable[[Any], Callable[..., Any]], intrinsic)
-
-
-class _Kind(NamedTuple):
-    """Kind of an argument: the types that fit, the allowed ones in words, and the type in C."""
-
-    fits: Callable[[Any], bool]
-    allowed: str
-    in_c: Any
-
-
-_HANDLE = _Kind(lambda kind: isinstance(kind, types.Integer), "table.handle", _LONG)
-_NUMBER = _Kind(_is_real, "a number", _REAL)
-_KEY = _Kind(lambda kind: isinstance(kind, types.Integer), "an integer", _LONG)
-_HIT = _KEY._replace(in_c=_WORD)
-_VECTOR = _Kind(_is_vector, "a tuple of three numbers", _POINTER)
-_OPTIONAL = _Kind(
-    lambda kind: _is_missing(kind) or _is_vector(kind),
-    "a tuple of three numbers, or None",
-    _POINTER,
-)
-_NONE = _Kind(_is_missing, "None", _POINTER)
-_OUTPUT = _Kind(_is_output, "a writable float64 array of one dimension", _POINTER)
-
-#: Functions of the library that compiled code calls. A cached caller looks for them by name.
-_GAS = ("rbt_gas_torque", "rbt_spin_after")
-_SYMBOLS = ("rbt_draw_all", "rbt_rebound_grain", "rbt_fresh_grain", *_GAS)
-for _symbol in _SYMBOLS:
-    _address = ctypes.cast(getattr(library(), _symbol), ctypes.c_void_p).value
-    llvmlite.binding.add_symbol(_symbol, _address)
+_SEED = _Kind(_is(types.Integer), "an integer", types.uint64)
+_HANDLE = _SEED._replace(allowed="table.handle")
+_INDEX = _SEED._replace(by_address=True)
+_HIT = _INDEX._replace(number=types.uint32)
+_NUMBER = _Kind(_is(types.Integer, types.Float), "a number", types.float64)
+_NUMBER_AT = _NUMBER._replace(by_address=True)
+_FLAG = _Kind(_is(types.Boolean), "True or False", types.int32)
+_VECTOR = _Kind(_is_vector, "a tuple of three numbers", types.float64, by_address=True)
+_OPTIONAL = _VECTOR.or_none()
+_OUTPUT = _Kind(_is_output, "a writable float64 array of one dimension", None)
 
 
 def _in_c(context: Any, builder: Any, value: Any, kind: Any, what: _Kind) -> Any:
-    """Turn an argument of numba code into one of C."""
-    if what.in_c is not _POINTER:
-        number = {_REAL: types.float64, _LONG: types.uint64, _WORD: types.uint32}[what.in_c]
-        return context.cast(builder, value, kind, number)
-    if _is_missing(kind):
-        return ir.Constant(_POINTER, None)
-    place = cgutils.alloca_once(builder, ir.ArrayType(_REAL, 3))
-    for k, part in enumerate(cgutils.unpack_tuple(builder, value, 3)):
-        number = context.cast(builder, part, kind[k], types.float64)
-        builder.store(number, builder.gep(place, [_WORD(0), _WORD(k)]))
-    return builder.bitcast(place, _POINTER)
+    """Turn an argument of numba code into one of C, an array into its number of items."""
+    if isinstance(kind, types.NoneType):
+        return _NULL
+    if isinstance(kind, types.Array):
+        return context.make_array(kind)(context, builder, value).nitems
+    parts = [(value, kind)]
+    if _is(types.BaseTuple)(kind):
+        parts = [(builder.extract_value(value, k), part) for k, part in enumerate(kind)]
+    numbers = [context.cast(builder, *part, what.number) for part in parts]
+    return _stored(builder, numbers) if what.by_address else numbers[0]
 
 
-def _call(symbol: str, arguments: dict[str, _Kind], given: tuple[Any, ...], *at: int) -> Any:
-    """Type a call of a function of the library and write its code.
+def _stored(builder: Any, fields: list[Any]) -> Any:
+    """Store a record, and give its address."""
+    record = cgutils.pack_struct(builder, fields)
+    return builder.bitcast(cgutils.alloca_once_value(builder, record), _POINTER)
 
-    The call returns its status and the numbers that the function writes. The last argument, the
-    array for them or None, is only looked at: the caller copies them, whatever its stride.
 
-    Parameters
-    ----------
-    symbol : str
-    arguments : dict
-        Name and kind of each.
-    given : tuple
-        Types in numba.
-    *at : int
-        Where the outputs of the function begin among the numbers, and how many there are in all.
+def _of_sample(builder: Any, given: list[Any], room: list[Any]) -> list[Any]:
+    """Give the arguments of ``rbt_sample`` with one row."""
+    handle, *conditions, seed, _ = given
+    return [handle, _LONG(1), _stored(builder, conditions), seed, room[0], _NULL]
+
+
+def _of_rebound(builder: Any, given: list[Any], room: list[Any]) -> list[Any]:
+    """Give the arguments of ``rbt_rebound`` with one row; works where there is room for them."""
+    handle, *impacts, seed, size = given
+    works = builder.select(builder.icmp_unsigned("==", size, _LONG(8)), room[6], _NULL)
+    rebounds = [room[0], room[3], works, _NULL, *[_LONG(0)] * 6]
+    return [handle, _LONG(1), _stored(builder, impacts), seed, _stored(builder, rebounds)]
+
+
+def _function(
+    symbol: str,
+    arguments: dict[str, _Kind],
+    count: int,
+    returns: Any = types.int32,
+    in_c: Callable[..., list[Any]] = lambda builder, given, room: given + room[:1],
+) -> Callable[..., Any]:
+    """Make a function of numba code of one of the library, by the name of its symbol.
+
+    It returns a tuple: the result, unless that is void, and the `count` numbers that are written,
+    NaN where none are. The arguments of the call in C are those that `in_c` gives.
     """
-    for (name, what), kind in zip(arguments.items(), given, strict=True):
-        if not what.fits(kind):
-            raise TypingError(f"{name}: got {kind}, allowed: {what.allowed}")
-    *begins, count = at
-    found = types.Tuple((types.int32, types.UniTuple(types.float64, count)))
-
-    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        kinds = list(arguments.values())
-        parts = zip(args[:-1], sig.args[:-1], kinds[:-1], strict=True)
-        values = [_in_c(context, builder, *part) for part in parts]
-        room = cgutils.alloca_once(builder, ir.ArrayType(_REAL, count))
-        places = [builder.gep(room, [_WORD(0), _WORD(k)]) for k in range(count)]
-        values += [places[k] for k in begins]
-        result = ir.VoidType() if symbol in _GAS else _WORD
-        kind = ir.FunctionType(result, [value.type for value in values])
-        function = cgutils.get_or_insert_function(builder.module, kind, symbol)
-        status = builder.call(function, values)
-        status = _WORD(0) if symbol in _GAS else status
-        numbers = context.make_tuple(builder, found[1], [builder.load(place) for place in places])
-        return context.make_tuple(builder, found, [status, numbers])
-
-    return found(*given), emit
-
-
-def _function(symbol: str, arguments: dict[str, _Kind], *at: int) -> Callable[..., Any]:
-    """Make a function of numba code of one of the library; arguments are those of `_call`."""
+    address = ctypes.cast(getattr(library(), symbol), ctypes.c_void_p).value
+    llvmlite.binding.add_symbol(symbol, address)
+    found = types.Tuple(((returns,) if returns != types.void else ()) + (types.float64,) * count)
 
     def typed(typingctx: Any, *given: Any) -> Any:
-        return _call(symbol, arguments, given, *at)
+        for (name, what), kind in zip(arguments.items(), given, strict=True):
+            if not what.fits(kind):
+                raise TypingError(f"{name}: got {kind}, allowed: {what.allowed}")
+
+        def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            parts = zip(args, sig.args, arguments.values(), strict=True)
+            values = [_in_c(context, builder, *part) for part in parts]
+            first = _stored(builder, [_REAL(np.nan)] * count)
+            room = [builder.gep(first, [_LONG(k)]) for k in range(count)]
+            values = in_c(builder, values, room)
+            result = ir.VoidType() if returns == types.void else context.get_value_type(returns)
+            kind = ir.FunctionType(result, [value.type for value in values])
+            function = cgutils.get_or_insert_function(builder.module, kind, symbol)
+            results = [builder.call(function, values)][: len(found) - count]
+            return context.make_tuple(builder, found, results + [builder.load(at) for at in room])
+
+        return found(*given), emit
 
     # numba takes the number and the names of the arguments from the signature
     kind = Parameter.POSITIONAL_OR_KEYWORD
     parameters = [Parameter(name, kind) for name in ("typingctx", *arguments)]
     typed.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    return _intrinsic(typed)
+    return cast(Any, intrinsic)(typed)
 
 
-_KEYS = {"seed": _KEY, "index": _KEY, "hit": _HIT}
-_draw = _function(
-    "rbt_draw_all",
-    {"handle": _HANDLE, "alpha1": _NUMBER, "speed": _NUMBER, "spin": _OPTIONAL}
-    | {"grain": _OPTIONAL, **_KEYS, "state": _OUTPUT},
-    *(0, 10),
+_KEYS = {"index": _INDEX, "hit": _HIT, "fresh": _FLAG}
+_END = {"seed": _SEED, "out": _OUTPUT}
+_sample = _function(
+    "rbt_sample",
+    {"handle": _HANDLE, "alpha1": _NUMBER_AT, "speed": _NUMBER_AT, "spin": _OPTIONAL}
+    | {"grain": _OPTIONAL, **_KEYS, **_END},
+    *(10, types.int32, _of_sample),
 )
 _rebound = _function(
-    "rbt_rebound_grain",
-    {"handle": _HANDLE, "velocity": _VECTOR, "normal": _VECTOR, "half_size": _NUMBER}
-    | {"wall_velocity": _OPTIONAL, "roughness": _NUMBER, "isotropic": _HIT, "omega": _OPTIONAL}
-    | {"grain": _OPTIONAL, **_KEYS, "out": _OUTPUT},
-    *(0, 3, 6),
+    "rbt_rebound",
+    {"handle": _HANDLE, "velocity": _VECTOR, "normal": _VECTOR, "half_size": _NUMBER_AT}
+    | {"wall_velocity": _OPTIONAL, "omega": _OPTIONAL, "roughness": _NUMBER_AT}
+    | {"grain": _OPTIONAL, **_KEYS, "isotropic": _FLAG, **_END},
+    *(8, types.int32, _of_rebound),
 )
-_grain = _function("rbt_fresh_grain", {"handle": _HANDLE, **_KEYS, "out": _NONE}, 0, 3)
-_GASEOUS = {"diameter": _NUMBER, "density": _NUMBER, "viscosity": _NUMBER, "gas_rotation": _VECTOR}
-_torque = _function("rbt_gas_torque", {"omega": _VECTOR, **_GASEOUS, "out": _NONE}, 0, 3)
-_after = _function(
-    "rbt_spin_after",
-    {"omega": _VECTOR, "time": _NUMBER, "inertia": _NUMBER, **_GASEOUS, "out": _NONE},
-    *(0, 3),
-)
-
-
-def _check_of(name: str) -> Callable[[Any], None]:
-    """Make a function of numba code that compiles only for an array to write to."""
-
-    @_intrinsic
-    def check(typingctx: Any, given: Any) -> Any:
-        if not _OUTPUT.fits(given):
-            raise TypingError(f"{name}: got {given}, allowed: {_OUTPUT.allowed}")
-        return types.void(given), lambda context, builder, sig, args: context.get_dummy_value()
-
-    return check
-
-
-_check_state, _check_out = _check_of("state"), _check_of("out")
+_columns = _function("rbt_components", {"handle": _HANDLE, "columns": _OPTIONAL}, 0)
+_ROW = {"handle": _HANDLE, "n": _SEED, "seed": _SEED, "index": _INDEX, "hit": _HIT.or_none()}
+_grains = _function("rbt_grains", _ROW, 3)
+_GAS = {"diameter": _NUMBER, "density": _NUMBER, "viscosity": _NUMBER, "gas_rotation": _OPTIONAL}
+_torque = _function("rbt_gas_torque", {"omega": _VECTOR, **_GAS}, 3, types.void)
+_DECAY = {"omega": _VECTOR, "time": _NUMBER, "inertia": _NUMBER}
+_after = _function("rbt_spin_after", _DECAY | _GAS, 3, types.void)
+_half_size = _function("rbt_half_size", {"diameter": _NUMBER, "grain": _VECTOR}, 0, types.float64)
+_IMPACT = {"velocity": _VECTOR, "normal": _VECTOR, "critical_speed": _NUMBER}
+_deposits = _function("rbt_deposits", _IMPACT | {"wall_velocity": _OPTIONAL}, 0)
 
 
 @numba.njit(nogil=True)
-def draw(
+def sample(
     handle: int,
     alpha1: float,
     speed: float,
-    spin: Vector | None,
-    seed: int,
-    index: int,
-    hit: int,
-    state: NDArray[np.float64],
-    grain: Vector | None = None,
+    spin: Maybe = None,
+    grain: Maybe = None,
+    index: int = _REQUIRED,
+    hit: int = _REQUIRED,
+    fresh: bool = False,
+    seed: int = _REQUIRED,
+    out: NDArray[np.float64] = _REQUIRED,
 ) -> int:
-    """Draw one rebound state.
-
-    A pure function of its arguments: equal ones give an equal state on any thread, in any order.
+    """Draw one rebound state, a pure function of the arguments.
 
     Parameters
     ----------
     handle : int
         ``table.handle`` of a loaded table, which must live as long.
-    alpha1 : float
-        Impact angle in rad from the wall, in (0, pi/2].
-    speed : float
-        Impact speed V in m/s, > 0.
-    spin : tuple of three float, or None
-        Angular velocity before the impact times a/V, wall frame: then the rebound is drawn from the
-        spin law, also where the spin is zero. None: from the law of first impacts, of any grain.
-    seed, index : int
-        Seed of the run and identity of the particle, read as uint64.
-    hit : int
-        How many walls the particle has met before, read as uint32.
-    state : float64 array, shape (6,), written
-        u, v, w over V and omega_x, omega_y, omega_z times a/V in the wall frame: x along the
-        tangential velocity before impact, y into the gas. Variables that the table leaves out
-        are 0. An array of shape (10,) also gets the rotational energy over the initial kinetic
-        energy, the number of collisions, and the work of the normal and of the tangential impulses
-        over m V^2 / 2; the first two only without a spin.
+    alpha1, speed : float
+        Impact angle from the wall, rad, in (0, pi/2]; impact speed V, m/s, above 0.
+    spin : tuple of three float, optional
+        Angular velocity before the impact times a/V, wall frame: then the law of spinning particles
+        is drawn from, also where the spin is zero. None: that of first impacts, of any grain.
     grain : tuple of three float, optional
-        Shape code, b/a and c/b, from the spin law too; for example a fresh one at each hit, from
-        `sampler.grain`. None: with a spin, the particle's own, which it keeps from hit to hit.
+        Shape code, b/a and c/b, as of `grain`: then the law of spinning particles as well. None:
+        that of the particle.
+    index, hit : int
+        Identity of the particle, as uint64, and how many walls it has met before, as uint32.
+        Required, as are `seed` and `out`.
+    fresh : bool
+        Whether the particle has another grain at each hit.
+    seed : int
+        Of the run, as uint64.
+    out : float64 array, shape (n_columns,), written
+        The state, with the columns of ``table.columns``; NaN on an error.
 
     Returns
     -------
     int
-        A sum of flags: `CLAMPED` (1), angle, speed or spin outside the table, and `EXTRAPOLATED`
-        (2), a speed at which the pair was not measured. Else one of the negative codes of
-        `sampler.errors`, with nothing written. So an error is ``status < 0``.
+        A sum of the flags of `sampler.errors`, or below 0 one of its errors. ``table.counts`` does
+        not know of draws in compiled code.
 
     Raises
     ------
     numba.TypingError
-        While the caller compiles, if an argument has a wrong type.
+        While the caller compiles, if an argument has a wrong type or is missing.
     ValueError
-        If `state` has fewer than six numbers.
+        If `out` has not as many numbers as the table has columns.
     """
-    _check_state(state)
-    if state.size < 6:
-        raise ValueError("state: got fewer than 6 numbers, allowed: shape (6,) or (10,)")
-    status, values = _draw(handle, alpha1, speed, spin, grain, seed, index, hit, state)
-    if status >= 0:
-        for k in range(min(state.size, 10)):
-            state[k] = values[k]
-    return status
+    found = _sample(handle, alpha1, speed, spin, grain, index, hit, fresh, seed, out)
+    numbers = found[1:]
+    if found[0] != MISSING and out.size != _columns(handle, None)[0]:
+        raise ValueError("out: allowed: as many numbers as the table has columns")
+    for k in range(10):  # a number that the compiler knows
+        if k < out.size:
+            out[k] = numbers[k]
+    return found[0]
 
 
 @numba.njit(nogil=True)
@@ -270,138 +251,79 @@ def rebound(
     velocity: Vector,
     normal: Vector,
     half_size: float,
-    wall_velocity: Vector | None,
-    omega: Vector | None,
-    seed: int,
-    index: int,
-    hit: int,
-    out: NDArray[np.float64],
-    grain: Vector | None = None,
-) -> int:
-    """Rebound one particle, in the lab frame.
-
-    Parameters
-    ----------
-    handle, seed, index, hit, grain
-        As for `draw`.
-    velocity : tuple of three float
-        Velocity of the particle at the contact, m/s.
-    normal : tuple of three float
-        From the wall into the gas, any length but zero.
-    half_size : float
-        Largest half-size a of the particle, 1e-30 m or more.
-    wall_velocity : tuple of three float, or None
-        Velocity of the wall at the contact, m/s; None: at rest.
-    omega : tuple of three float, or None
-        Angular velocity before the impact, rad/s. None: not spinning, the same as zeros; of a table
-        without a spin law, from the law of first impacts.
-    out : float64 array, shape (6,), written
-        Velocity in m/s, then angular velocity in rad/s.
-
-    Returns
-    -------
-    int
-        As `draw`.
-
-    Raises
-    ------
-    numba.TypingError, ValueError
-        As `draw`, of `out`.
-    """
-    return rough_rebound(
-        handle, velocity, normal, half_size, wall_velocity, 0.0, omega, seed, index, hit, out, grain
-    )
-
-
-@numba.njit(nogil=True)
-def rough_rebound(
-    handle: int,
-    velocity: Vector,
-    normal: Vector,
-    half_size: float,
-    wall_velocity: Vector | None,
-    roughness: float,
-    omega: Vector | None,
-    seed: int,
-    index: int,
-    hit: int,
-    out: NDArray[np.float64],
-    grain: Vector | None = None,
+    wall_velocity: Maybe = None,
+    omega: Maybe = None,
+    roughness: float = 0.0,
+    grain: Maybe = None,
+    index: int = _REQUIRED,
+    hit: int = _REQUIRED,
+    fresh: bool = False,
     isotropic: bool = False,
+    seed: int = _REQUIRED,
+    out: NDArray[np.float64] = _REQUIRED,
 ) -> int:
-    """Rebound one particle from a rough wall, in the lab frame.
+    """Rebound one particle, in the lab frame; what raises an error is as for `sample`.
 
     Parameters
     ----------
-    handle, velocity, normal, half_size, wall_velocity, omega, seed, index, hit, out, grain
-        As for `rebound`; the normal is that of the mean wall.
+    handle, grain, index, hit, seed
+        As for `sample`.
+    velocity, normal : tuple of three float
+        Velocity of the particle at the contact, m/s; normal of the wall, of the mean of a rough
+        one, into the gas, of any length but zero.
+    half_size : float
+        Largest half-size a of the particle, 1e-9 to 0.1 m.
+    wall_velocity, omega : tuple of three float, optional
+        Velocity of the wall at the contact, m/s; angular velocity before the impact, rad/s. 0
+        if None.
     roughness : float
         Standard deviation of the tilt of facets, rad, 0 to 0.5.
+    fresh : bool
+        Whether the particle has another grain at each hit; without `omega` and `grain` the law of
+        first impacts, the only one of a table without a spin law.
     isotropic : bool
-        Whether facets are tilted across the plane of incidence as well, and not only in it.
+        Whether facets are tilted across the plane of incidence as well.
+    out : float64 array, shape (6,) or (8,), written
+        Velocity, m/s, angular velocity, rad/s, and in 8 the energies that impulses along the normal
+        and along the wall take, J for each kg of the particle; NaN on an error.
 
     Returns
     -------
     int
-        As `draw`, with the flags of any bounce of this hit.
-
-    Raises
-    ------
-    numba.TypingError, ValueError
-        As `draw`, of `out`.
+        As `sample`, with the flags of any bounce from a rough wall.
     """
-    _check_out(out)
-    if out.size < 6:
-        raise ValueError("out: got fewer than 6 numbers, allowed: shape (6,)")
-    status, values = _rebound(
-        handle,
-        velocity,
-        normal,
-        half_size,
-        wall_velocity,
-        roughness,
-        1 if isotropic else 0,
-        omega,
-        grain,
-        seed,
-        index,
-        hit,
-        out,
-    )
-    if status >= 0:
-        for k in range(6):
-            out[k] = values[k]
-    return status
+    how = wall_velocity, omega, roughness, grain, index, hit, fresh, isotropic, seed
+    found = _rebound(handle, velocity, normal, half_size, *how, out)
+    numbers = found[1:]
+    if out.size not in (6, 8):
+        raise ValueError("out: allowed: 6 numbers, or 8 with works")
+    for k in range(8):
+        if k < out.size:
+            out[k] = numbers[k]
+    return found[0]
 
 
 @numba.njit(nogil=True)
-def grain(handle: int, seed: int, index: int, hit: int) -> Vector:
-    """Draw the grain of a particle at a hit.
+def grain(handle: int, seed: int, index: int, hit: int | None = None) -> Vector:
+    """Draw the grain that a particle keeps, or with `hit` the fresh one that it has at that hit.
 
-    Parameters
-    ----------
-    handle, seed, index, hit
-        As for `draw`. With hit 0 it is the grain that the particle keeps.
-
-    Returns
-    -------
-    tuple of three float
-        Shape code of `sampler.formats.shape_codes`, b/a and c/b; zeros without a spin law.
+    Returns shape code of `sampler.formats.shape_codes`, b/a and c/b; NaN without a spin law.
     """
-    status, found = _grain(handle, seed, index, hit, None)
-    return found if status >= 0 else (0.0, 0.0, 0.0)
+    return _grains(handle, 1, seed, index, hit)[1:]
+
+
+@numba.njit(nogil=True)
+def half_size(diameter: float, grain: Vector) -> float:
+    """Compute the largest half-size of a grain as large as a sphere, m; 0 of a mesh."""
+    return _half_size(diameter, grain)[0]
 
 
 @numba.njit(nogil=True)
 def gas_torque(
-    omega: Vector,
-    diameter: float,
-    density: float,
-    viscosity: float,
-    gas_rotation: Vector = (0.0, 0.0, 0.0),
+    omega: Vector, diameter: float, density: float, viscosity: float, gas_rotation: Maybe = None
 ) -> Vector:
     """Compute the torque of the gas on one particle, N m: `sampler.gas_torque` of tuples."""
-    return _torque(omega, diameter, density, viscosity, gas_rotation, None)[1]
+    return _torque(omega, diameter, density, viscosity, gas_rotation)
 
 
 @numba.njit(nogil=True)
@@ -412,19 +334,15 @@ def spin_after(
     diameter: float,
     density: float,
     viscosity: float,
-    gas_rotation: Vector = (0.0, 0.0, 0.0),
+    gas_rotation: Maybe = None,
 ) -> Vector:
     """Compute the angular velocity of one particle, rad/s: `sampler.spin_after` of tuples."""
-    return _after(omega, time, inertia, diameter, density, viscosity, gas_rotation, None)[1]
+    return _after(omega, time, inertia, diameter, density, viscosity, gas_rotation)
 
 
 @numba.njit(nogil=True)
 def deposits(
-    velocity: Vector, normal: Vector, critical_speed: float, wall_velocity: Vector = (0.0, 0.0, 0.0)
+    velocity: Vector, normal: Vector, critical_speed: float, wall_velocity: Maybe = None
 ) -> bool:
     """Tell whether one particle stays on the wall that it meets: `sampler.deposits` of tuples."""
-    approach, square = 0.0, 0.0
-    for k in range(3):
-        approach -= (velocity[k] - wall_velocity[k]) * normal[k]
-        square += normal[k] * normal[k]
-    return 0.0 < approach < critical_speed * np.sqrt(square)
+    return _deposits(velocity, normal, critical_speed, wall_velocity)[0] != 0

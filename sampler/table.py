@@ -1,44 +1,36 @@
 """A loaded table: checked input in, rebound states out."""
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler import library
+from sampler import errors, library
 from sampler.arguments import (
-    MAX_ROUGHNESS,
     Call,
     Grain,
     Keys,
     Rebound,
     as_isotropic,
-    as_output,
     as_positive,
-    as_reals_up_to,
     as_threads,
     broadcast,
     check_grain_word,
+    check_written,
+    present,
 )
 from sampler.errors import InputError, TableError, refuse
 from sampler.files import find_table
-from sampler.formats.binary_layout import SPHERES
-from sampler.formats.bounds import ROUNDING
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.image import header_of, table_image
 from sampler.law import LawAtConditions
-from sampler.library import OpenTable
-from sampler.messages import Counting, Counts, speed_limits
-from sampler.population import population_grains
+from sampler.library import Found, OpenTable
+from sampler.messages import Counting, Counts, Covered
 
 if TYPE_CHECKING:
     from sampler.device.device_table import DeviceTable
-
-#: Number of states that are copied sooner than their conditions are looked at.
-_SOONER_COPIED = 10_000
 
 
 class Table(LawAtConditions, Counting):
@@ -52,17 +44,14 @@ class Table(LawAtConditions, Counting):
     ----------
     contents : TableContents
     outside : {"clamp", "raise"}
-        What to do with an angle or speed outside the table: use the nearest that it has, count it
-        in `clamped` and warn of the first (`OutsideTableWarning`), or raise `InputError`. A spin
-        beyond what the table covers is drawn with as it is; all else is the same.
-    population : mapping, optional
-        Other particles than those that the table was generated for; see `load`.
+        What to do with an angle, speed or spin outside the table: draw the nearest that it has,
+        count it in `counts` and warn of the first of each kind (`OutsideTableWarning`), or raise
+        `InputError`.
 
     Attributes
     ----------
     handle : int
-        Address of the opened table, for `sampler.draw` and `sampler.rebound` in compiled code;
-        valid as long as the table lives.
+        Address of the opened table, for `sampler.numba`; valid as long as the table lives.
     columns : tuple of str
         The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z, or those of
         them (and rotational_energy, collisions, work_normal, work_shear) that the table was made
@@ -71,10 +60,15 @@ class Table(LawAtConditions, Counting):
         Name of the material pair; TOML text from which the table was generated.
     has_spin : bool
         Whether the table has the law of particles that arrive spinning.
+    covered : Covered
+        Angles, speeds and spins that lie inside, for both laws; ``str(table.covered)`` says it.
+    counts : dict of int
+        Numbers of draws so far: those with an ``angle``, ``speed`` or ``spin`` outside, and those
+        at speeds at which the pair was not measured, ``extrapolated``.
     speed_independent : bool
         Whether rebounds do not depend on the speed; then no speed lies outside.
-    outside, population
-        As they were given.
+    outside
+        As it was given.
     """
 
     def __init__(
@@ -82,18 +76,17 @@ class Table(LawAtConditions, Counting):
         contents: TableContents,
         *,
         outside: Literal["clamp", "raise"] = "clamp",
-        population: Mapping[str, Any] | None = None,
     ) -> None:
         if outside not in ("clamp", "raise"):
             refuse("outside", repr(outside), "'clamp', 'raise'")
         self.outside = outside
-        self.population = population
-        grains = None if population is None else population_grains(contents, population)
-        self._table = OpenTable(table_image(contents, grains))
+        self._table = OpenTable(table_image(contents))
         self.columns = contents.variables
         self.pair, self.config = contents.pair, contents.config
         self.speed_independent = contents.speed_independent
         self.has_spin = contents.has_spin
+        fastest = float(self._header["spin_speed"][1])
+        self.covered = Covered.of(self._table.covered(), self.has_spin, fastest)
         self._small = _kept_beside(contents)
         self._source: TableContents | Path = contents
         self._counts = Counts()
@@ -102,14 +95,7 @@ class Table(LawAtConditions, Counting):
         return self.__dict__ | {"_counts": Counts()}
 
     def __repr__(self) -> str:
-        if self._header["flags"] & SPHERES:
-            return f"<sampler.Table {self.pair}: spheres>"
-        alpha, speed = self.alpha_nodes_deg, self.speed_nodes
-        return (
-            f"<sampler.Table {self.pair}: {alpha[0]:g} to {alpha[-1]:g} deg x "
-            f"{speed[0]:g} to {speed[-1]:g} m/s, {len(alpha)} x {len(speed)} nodes, "
-            f"{self._header['n_components']} mixture components>"
-        )
+        return f"<sampler.Table {self.pair}: {self.covered}>"
 
     @property
     def handle(self) -> int:
@@ -180,7 +166,7 @@ class Table(LawAtConditions, Counting):
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
-        rng: np.random.Generator | None = None,
+        rng: "np.random.Generator | None" = None,
         size: int | tuple[int, ...] | None = None,
         threads: int | None = None,
         out: NDArray[Any] | None = None,
@@ -195,7 +181,8 @@ class Table(LawAtConditions, Counting):
         alpha1 : float or array
             Impact angle in rad from the wall, in (0, pi/2].
         speed : float or array
-            Impact speed V in m/s, > 0. All arrays broadcast, as in numpy.
+            Impact speed V in m/s, > 0. All arrays broadcast, as in numpy; those of several rows
+            have the same number of dimensions.
         spin : array, shape (..., 3), optional
             Angular velocity before the impact times a/V, in the frame of the wall: then the draw is
             from the spin law, which also knows the grain. Left out, from the law of first impacts,
@@ -209,7 +196,8 @@ class Table(LawAtConditions, Counting):
         index : int or array of int
             Identity of each particle, uint64.
         hit : int or array of int, optional
-            How many walls each particle has met before, uint32; 0, the first, if left out.
+            How many walls each particle has met before, uint32. Needed with a spin; else 0, the
+            first, if left out.
         rng : numpy.random.Generator
             In place of the keys. Its number becomes the seed, rows are counted by index, hit is 0.
         size : int or tuple of int, optional
@@ -233,18 +221,26 @@ class Table(LawAtConditions, Counting):
             If an input has a wrong type or shape, is not finite or not allowed (with
             ``outside="raise"`` also: outside the table). Names the first row.
         """
-        given: dict[str, ArrayLike] = {"alpha1": alpha1, "speed": speed}
-        call = self._call(given, "spin", spin, grain, Keys(seed, index, hit, rng, size))
-        states = as_output(out, (*call.shape, len(self.columns)))
-        drawn = (
-            states if out is None or self._writes_safely(call, states) else np.empty_like(states)
-        )
-        flat = drawn.reshape(call.rows.n, len(self.columns))
-        report = library.sample(self._table, call.rows, flat, as_threads(threads))
-        self._finish(self._header, call, report, 3)
-        if drawn is not states:
-            states[...] = drawn
-        return states
+        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
+        call = self._call(given, grain, Keys(seed, index, hit, rng, size))
+        check_written("out", out, (*call.shape, len(self.columns)), np.float64, np.float32)
+        threads = as_threads(threads)
+        if (
+            out is not None
+            and out.dtype == np.float64
+            and out.flags.c_contiguous
+            and not any(np.may_share_memory(out, values) for values in call.rows.arrays.values())
+        ):
+            states = out
+            self._refuse(call, self._drawn(call, None, threads))  # before anything is written
+        else:
+            states = np.empty((*call.shape, len(self.columns)))
+        codes = self._drawn(call, states.reshape(call.rows.n, len(self.columns)), threads)
+        self._refuse(call, codes)
+        if out is not None and out is not states:
+            out[...] = states
+        self._count(call, codes, 3)
+        return states if out is None else out
 
     def rebound(
         self,
@@ -257,12 +253,14 @@ class Table(LawAtConditions, Counting):
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
-        rng: np.random.Generator | None = None,
+        rng: "np.random.Generator | None" = None,
         size: int | tuple[int, ...] | None = None,
         wall_velocity: ArrayLike | None = None,
         roughness: ArrayLike | None = None,
         isotropic: bool = False,
         threads: int | None = None,
+        works: NDArray[np.float64] | None = None,
+        codes: NDArray[np.intc] | None = None,
     ) -> Rebound:
         """Rebound particles from a wall, in the lab frame.
 
@@ -273,13 +271,13 @@ class Table(LawAtConditions, Counting):
         normal : array, shape (..., 3)
             Wall normal into the gas, of any length but zero.
         half_size : float or array, shape (...)
-            Largest half-size a of the particle, m.
+            Largest half-size a of the particle, 1e-9 to 0.1 m.
         omega : array, shape (..., 3), optional
             Angular velocity before the impact, rad/s, lab frame. Left out: not spinning, the same
             as zeros.
         grain : "own", "fresh" or array, shape (..., 3)
-            As for `sample`. "fresh" without `omega`, as any table without a spin law: the law of
-            first impacts.
+            As for `sample`. "fresh" without `omega` is the law of first impacts, the only one of a
+            table without a spin law, which needs it.
         seed, index, hit, rng, size, threads
             As for `sample`.
         wall_velocity : array, shape (..., 3), optional
@@ -289,6 +287,12 @@ class Table(LawAtConditions, Counting):
             a smooth wall if left out. `sampler.wall_tilt` gives that of a measured profile.
         isotropic : bool
             Whether it is tilted across the plane of incidence as well, as much, and not only in it.
+        works : float64 array, shape (..., 2), written, optional
+            Energies that impulses along the normal and along the wall take, J for each kg of the
+            particle, of all its bounces; of a table with ``work_normal`` and ``work_shear``.
+        codes : int32 array, shape (...), written, optional
+            Code of each row, of `sampler.errors`: 0, a sum of flags, or negative. Then no row is
+            refused: one that cannot be drawn has NaN in place of its rebound.
 
         Returns
         -------
@@ -301,23 +305,34 @@ class Table(LawAtConditions, Counting):
         InputError
             As `sample`; also if a particle does not approach the wall or a normal is zero.
         """
-        given: dict[str, ArrayLike] = {
-            "velocity": velocity,
-            "normal": normal,
-            "half_size": half_size,
-        }
-        if wall_velocity is not None:
-            given["wall_velocity"] = wall_velocity
         isotropic = as_isotropic(isotropic, roughness)
-        if roughness is not None:
-            given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
-        call = self._call(given, "omega", omega, grain, Keys(seed, index, hit, rng, size))
-        after = Rebound(np.empty((*call.shape, 3)), np.empty((*call.shape, 3)))
-        velocity, spin = (array.reshape(call.rows.n, 3) for array in after)
+        given = {"velocity": velocity, "normal": normal, "half_size": half_size}
+        given |= present(omega=omega, wall_velocity=wall_velocity, roughness=roughness)
+        call = self._call(given, grain, Keys(seed, index, hit, rng, size))
+        check_written("works", works, (*call.shape, 2), np.float64)
+        check_written("codes", codes, call.shape, np.intc)
+        if works is not None and not {"work_normal", "work_shear"} <= {*self.columns}:
+            raise InputError(f"works: got an array, but the table {self.pair} has no works")
+        results = {"velocity": np.empty((call.rows.n, 3)), "omega": np.empty((call.rows.n, 3))}
+        if works is not None:
+            results["works"] = np.empty((call.rows.n, 2))
         count = as_threads(threads)
-        report = library.rebound(self._table, call.rows, velocity, spin, count, isotropic)
-        self._finish(self._header, call, report, 3)
-        return after
+        found = library.rebound(self._table, call.rows, results, count, isotropic)
+        found = self._with_misfits(call, found)
+        if codes is None:
+            self._refuse(call, found)
+        else:
+            codes[...] = errors.OK if found.codes is None else found.codes.reshape(call.shape)
+            refused = self._refused(found)
+            if refused is not None and found.codes is not None:
+                for values in results.values():
+                    values[refused] = np.nan
+                # what is not drawn is not counted
+                found = Found.of(np.where(refused, errors.OK, found.codes))
+        if works is not None:
+            works[...] = results["works"].reshape(works.shape)
+        self._count(call, found, 3)
+        return Rebound(*(results[name].reshape(*call.shape, 3) for name in ("velocity", "omega")))
 
     def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
         """Give the grains that particles keep.
@@ -339,7 +354,7 @@ class Table(LawAtConditions, Counting):
             If the table has no spin law, or as `sample`.
         """
         if not self.has_spin:
-            raise InputError("grains: asked for, allowed: of a table with a spin law")
+            raise InputError("grains: this table has no spin law, hence no grains")
         shape, rows = broadcast({}, Keys(seed, index))
         found = library.grains(self._table, rows.seed, rows.arrays["index"], rows.n)
         return found.reshape(*shape, 3)
@@ -351,7 +366,7 @@ class Table(LawAtConditions, Counting):
         """
         mean = library.library().rbt_mean_half_size(self.handle, 1.0)
         if mean == 0.0:
-            raise InputError("mean_half_size: asked for, allowed: of a spin law without meshes")
+            raise InputError("mean_half_size: this table has no spin law, or one of meshes")
         return mean * as_positive("diameter", diameter)
 
     def to_device(self, dtype: Literal["float64", "float32"] = "float64") -> "DeviceTable":
@@ -381,80 +396,42 @@ class Table(LawAtConditions, Counting):
         return DeviceTable(self, self._table.image, dtype)
 
     def check_spin(self, name: str, spin: Any, grain: Grain) -> None:
-        """Refuse a spin or a grain that the table has no law for.
-
-        Parameters
-        ----------
-        name : str
-            Of the spin, for the message: "spin" or "omega".
-        spin, grain
-            As for `sample`.
-
-        Raises
-        ------
-        InputError
-            If the table has no spin law for it, or the grain is an unknown word.
-        """
+        """Refuse a spin ("spin" or "omega") or a grain that the table has no law for."""
         check_grain_word(grain)
-        given = spin is not None or not isinstance(grain, str)
-        if given and not self.has_spin:
-            asked = "grain" if spin is None else name
-            refuse(asked, "one", "none, for the table has no spin law")
+        if self.has_spin:
+            return
+        asked, law = name if spin is not None else "grain", f"the table {self.pair} has no spin law"
+        fresh = "" if name == "spin" else ', with grain="fresh"'
+        if spin is not None or not isinstance(grain, str):
+            raise InputError(f"{asked}: is given, but {law}: leave it out{fresh}")
+        if fresh and grain == "own":
+            raise InputError(f'grain: is "own", but {law}: give grain="fresh", a first impact')
 
-    def _call(
-        self,
-        given: dict[str, ArrayLike],
-        name: str,
-        spin: ArrayLike | None,
-        grain: Grain,
-        keys: Keys,
-    ) -> Call:
-        """Make rows of the arguments of a call, with the spin and the grain where they count."""
-        self.check_spin(name, spin, grain)
-        if spin is not None:
-            given = given | {name: spin}
+    def _call(self, given: dict[str, Any], grain: Grain, keys: Keys) -> Call:
+        """Make rows of the arguments of a call."""
+        name = "omega" if "velocity" in given else "spin"
+        self.check_spin(name, given.get(name), grain)
         if isinstance(grain, str):
             return broadcast(given, keys, fresh=grain == "fresh")
-        call = broadcast(given | {"grain": grain}, keys)
-        self._check_grains(call)
-        return call
+        return broadcast(given | {"grain": grain}, keys)
 
-    def _check_grains(self, call: Call) -> None:
-        """Refuse the first given grain that the spin law was not made for."""
-        codes, ranges = self._small["spin/shape_codes"], self._small["spin/ratio_range"]
-        given = call.rows.arrays["grain"]
-        low, high = ranges[:, :, 0], ranges[:, :, 1]
-        inside = ((given[:, None, 1:] >= low) & (given[:, None, 1:] <= high)).all(axis=2)
-        refused = ~((given[:, :1] == codes) & inside).any(axis=1)
-        if refused.any():
-            row = int(refused.argmax())
-            got = ", ".join(f"{x:.9g}" for x in given[row])
-            shapes = ", ".join(str(code) for code in codes)
-            allowed = f"a shape code of the table ({shapes}), and b/a and c/b that were simulated"
-            refuse("grain", f"{got} at {call.place(row)}", allowed)
+    def _drawn(self, call: Call, states: NDArray[np.float64] | None, threads: int | None) -> Found:
+        """Draw states, or find the codes alone."""
+        return self._with_misfits(call, library.sample(self._table, call.rows, states, threads))
 
-    def _writes_safely(self, call: Call, states: NDArray[Any]) -> bool:
-        """Tell whether draws may go straight to the user's array.
-
-        A batch writes row by row until it meets one that it refuses, so it must refuse none, and
-        overwrite nothing that it has yet to read.
-        """
-        arrays = call.rows.arrays
-        # a draw with a spin can be refused for more reasons than are looked at here
-        spins = "spin" in arrays or "grain" in arrays or self.population is not None
-        if states.size <= _SOONER_COPIED or spins:
-            return False
-        if any(np.may_share_memory(states, values) for values in arrays.values()):
-            return False
-        if self.outside == "raise":
-            angles, speeds = self.alpha_range, speed_limits(self._header)
-        else:  # the smallest and the largest number that a draw takes
-            angles = (np.nextafter(0.0, 1.0), 0.5 * np.pi + ROUNDING)
-            speeds = (np.nextafter(0.0, 1.0), np.finfo(np.float64).max)
-        return all(
-            bool(arrays[name].min() >= low and arrays[name].max() <= high)
-            for name, (low, high) in (("alpha1", angles), ("speed", speeds))
-        )
+    def _with_misfits(self, call: Call, found: Found) -> Found:
+        """Give codes with those of given grains that were not simulated, which C does not know."""
+        given = call.rows.arrays.get("grain")
+        if given is None:
+            return found
+        ratios, kinds = self._small["spin/ratio_range"], self._small["spin/shape_codes"]
+        inside = (given[:, None, 1:] >= ratios[..., 0]) & (given[:, None, 1:] <= ratios[..., 1])
+        misfit = ~((given[:, :1] == kinds) & inside.all(axis=2)).any(axis=1)
+        if not misfit.any():
+            return found
+        codes = np.zeros(call.rows.n, np.intc) if found.codes is None else found.codes
+        codes[(codes >= errors.OK) & misfit] = errors.GRAIN_NOT_KNOWN
+        return Found.of(codes)
 
 
 def _kept_beside(contents: TableContents) -> dict[str, NDArray[Any]]:
@@ -466,7 +443,6 @@ def _kept_beside(contents: TableContents) -> dict[str, NDArray[Any]]:
 def load(
     name_or_path: str | os.PathLike[str],
     outside: Literal["clamp", "raise"] = "clamp",
-    population: Mapping[str, Any] | None = None,
 ) -> Table:
     """Load a table.
 
@@ -475,15 +451,7 @@ def load(
     name_or_path : str or path-like
         Name of a table that comes with the package, or path of a .h5 file.
     outside : {"clamp", "raise"}
-        What to do with an angle or speed outside the table; see `Table`.
-    population : mapping, optional
-        Other particles, within what was simulated; the table needs a spin law. ``shapes``: weights
-        by name, only their ratios matter; ``meshes``: a list of weights, in the table's order;
-        ``aspect``: the law of b/a and c/b, {"distribution": "truncated-normal", "mean": 0.8,
-        "standard_deviation": 0.2, "range": [0.5, 1.0]} or {"distribution": "fixed", "values":
-        [0.8, 0.7]}. What is left out is as in the table; shapes that are not named have no weight.
-        Then all draws are from the spin law: the law of first impacts is that of particles that do
-        not spin, with another grain at each hit.
+        What to do with an angle, speed or spin outside the table; see `Table`.
 
     Returns
     -------
@@ -494,9 +462,9 @@ def load(
     TableError
         If the file cannot be read as a table; says why.
     InputError
-        If there is no table of that name, or it has no such population.
+        If there is no table of that name.
     """
     path = find_table(name_or_path)
-    table = Table(read_table(path), outside=outside, population=population)
+    table = Table(read_table(path), outside=outside)
     table._source = path.resolve()  # its contents would take as much memory again
     return table

@@ -1,20 +1,110 @@
-"""Sizes of grains, and particles that stay on a wall: functions of the C header, for arrays."""
+"""Around the wall: the gas and the spin, sizes of grains, deposits, profiles; by C, for arrays."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.arguments import as_positive, as_reals, as_reals_up_to, as_rows_of
+from sampler.arguments import (
+    VECTORS,
+    as_finite,
+    as_positive,
+    as_reals_up_to,
+    as_rows_of,
+    common_shape,
+)
 from sampler.errors import refuse
 from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
+from sampler.library import library
 
 Reals = NDArray[np.float64]
 
-#: Volumes of the shapes over a b c, by their codes; of a truncated prism with the default cut.
-_VOLUMES = np.array(
-    [math.pi / 0.75, 8.0, 8.0 - (2.0 - math.sqrt(2.0)) ** 3 / 0.75, 8.0 / 3.0, math.pi / 0.75]
-)
+#: Arguments, but vectors, that may be 0.
+_FROM_ZERO = ("time", "viscosity", "shape", "critical_speed", "ra", "rq")
+
+_AT_REST = (0.0, 0.0, 0.0)
+
+
+def _checked(**given: ArrayLike) -> dict[str, Reals]:
+    """Coerce vectors, and numbers that are positive or may be 0; raises `InputError`."""
+    return {
+        name: as_finite(name, values)
+        if name in VECTORS
+        else as_positive(name, values, 0.0 if name in _FROM_ZERO else math.ulp(0.0))
+        for name, values in given.items()
+    }
+
+
+def _by_rows(function: str, *tail: int, dtype: Any = np.float64, **given: ArrayLike) -> Any:
+    """Call a function of sampler/c/library.c, given its arguments in order, on broadcast rows."""
+    arrays = _checked(**given)
+    tails = {name: (VECTORS[name],) if name in VECTORS else () for name in arrays}
+    shape = common_shape({name: a.shape[: a.ndim - len(tails[name])] for name, a in arrays.items()})
+    rows = [
+        np.ascontiguousarray(np.broadcast_to(array, shape + tails[name]))
+        for name, array in arrays.items()
+    ]
+    found = np.empty((*shape, *tail), dtype)
+    addresses = (array.ctypes.data for array in (*rows, found))
+    getattr(library(), function)(math.prod(shape), *addresses)
+    return found
+
+
+def gas_torque(
+    omega: ArrayLike,
+    diameter: ArrayLike,
+    density: ArrayLike,
+    viscosity: ArrayLike,
+    gas_rotation: ArrayLike = _AT_REST,
+) -> Reals:
+    """Compute the torque of the gas on spinning particles, N m.
+
+    Parameters
+    ----------
+    omega : array, shape (..., 3)
+        Angular velocity, rad/s, as a rebound gives it: the mean over the particle's tumbling.
+    diameter : float or array, shape (...)
+        Of the sphere of equal volume, m.
+    density, viscosity : float or array, shape (...)
+        Of the gas, kg/m3 and Pa s; without viscosity, 0, there is no torque.
+    gas_rotation : array, shape (..., 3)
+        Half the curl of the gas velocity, rad/s.
+
+    Returns
+    -------
+    float64 array, shape (..., 3)
+
+    Notes
+    -----
+    It is the torque on a sphere: that of Stokes, pi viscosity diameter^3 slip with slip =
+    gas_rotation - omega, where Re = density diameter^2 ``|slip|`` / viscosity is below 32; beyond
+    times (12.9 sqrt(Re) + 128.4) / (64 pi), which jumps by 0.2 % at 32. It holds up to Re = 1000;
+    beyond, the formula extrapolates. Source: Dennis, Singh & Ingham, J. Fluid Mech. 101 (1980)
+    257-279, in the form of Crowe, Schwarzkopf, Sommerfeld & Tsuji, "Multiphase Flows with Droplets
+    and Particles".
+    """
+    gas = {"density": density, "viscosity": viscosity, "gas_rotation": gas_rotation}
+    return _by_rows("rbt_gas_torque_rows", 3, omega=omega, diameter=diameter, **gas)
+
+
+def spin_after(
+    omega: ArrayLike,
+    time: ArrayLike,
+    inertia: ArrayLike,
+    diameter: ArrayLike,
+    density: ArrayLike,
+    viscosity: ArrayLike,
+    gas_rotation: ArrayLike = _AT_REST,
+) -> Reals:
+    """Compute the angular velocity that `gas_torque` leaves after a time [s], rad/s.
+
+    The solution is exact: time steps of any size give the same, and none overshoots. `inertia` is
+    the moment of inertia, kg m2: mass diameter^2 / 10 for a sphere. All others as of `gas_torque`.
+    """
+    gas = {"density": density, "viscosity": viscosity, "gas_rotation": gas_rotation}
+    given = {"omega": omega, "time": time, "inertia": inertia, "diameter": diameter}
+    return _by_rows("rbt_spin_after_rows", 3, **given, **gas)
 
 
 def half_size(diameter: ArrayLike, shape: str | ArrayLike, ratios: ArrayLike) -> Reals:
@@ -35,17 +125,15 @@ def half_size(diameter: ArrayLike, shape: str | ArrayLike, ratios: ArrayLike) ->
     float64 array, shape (...)
     """
     known = ", ".join(f"{SHAPE_CODES[name]} {name}" for name in SHAPE_NAMES)
-    codes = as_reals("shape", SHAPE_CODES.get(shape, -1) if isinstance(shape, str) else shape)
-    refused = ~np.isin(codes, range(len(_VOLUMES)))
+    codes = as_rows_of("shape", SHAPE_CODES.get(shape, -1) if isinstance(shape, str) else shape)
+    refused = ~np.isin(codes, [SHAPE_CODES[name] for name in SHAPE_NAMES])
     if refused.any():
         refuse("shape", shape if isinstance(shape, str) else f"{codes[refused][0]:g}", known)
-    parts = as_reals("ratios", ratios)
+    parts = as_rows_of("ratios", ratios)
     refused = ~((parts > 0.0) & (parts <= 1.0))
-    if parts.shape[-1:] != (2,) or refused.any():
-        got = f"{parts[refused][0]:.9g}" if refused.any() else f"shape {parts.shape}"
-        refuse("ratios", got, "b/a and c/b, above 0 and at most 1, shape (..., 2)")
-    volume = _VOLUMES[codes.astype(int)] * parts[..., 0] ** 2 * parts[..., 1]
-    return 0.5 * as_positive("diameter", diameter) * np.cbrt(4.0 / 3.0 * math.pi / volume)
+    if refused.any():
+        refuse("ratios", f"{parts[refused][0]:.9g}", "b/a and c/b, above 0 and at most 1")
+    return _by_rows("rbt_half_size_rows", diameter=diameter, shape=codes, ratios=parts)
 
 
 def critical_speed(
@@ -75,14 +163,15 @@ def critical_speed(
     and k = (1 - poisson^2) / (pi young), k' of the wall. Source: Brach & Dunn, Aerosol Sci.
     Technol. 16 (1992) 51-64, as El-Batsh takes it (dissertation, TU Wien, 2001).
     """
+    given = _checked(diameter=diameter, density=density, young=young, wall_young=wall_young)
+    for name, ratio in (("poisson", poisson), ("wall_poisson", wall_poisson)):
+        given[name] = as_reals_up_to(name, ratio, 0.5)
+    common_shape({name: array.shape for name, array in given.items()})
     soft = [
-        (1.0 - as_reals_up_to(f"{of}poisson", ratio, 0.5) ** 2)
-        / (math.pi * as_positive(f"{of}young", modulus))
-        for of, ratio, modulus in (("", poisson, young), ("wall_", wall_poisson, wall_young))
+        (1.0 - given[f"{of}poisson"] ** 2) / (math.pi * given[f"{of}young"]) for of in ("", "wall_")
     ]
-    over = as_positive("density", density) ** 1.5
-    e = 0.51 * (1.25 * math.pi**2 * (soft[0] + soft[1]) / over) ** 0.4
-    return (2.0 * e / as_positive("diameter", diameter)) ** (10.0 / 7.0)
+    e = 0.51 * (1.25 * math.pi**2 * (soft[0] + soft[1]) / given["density"] ** 1.5) ** 0.4
+    return (2.0 * e / given["diameter"]) ** (10.0 / 7.0)
 
 
 def deposits(
@@ -90,7 +179,7 @@ def deposits(
     normal: ArrayLike,
     critical_speed: ArrayLike,
     *,
-    wall_velocity: ArrayLike = (0.0, 0.0, 0.0),
+    wall_velocity: ArrayLike = _AT_REST,
 ) -> NDArray[np.bool_]:
     """Tell which particles stay on the wall that they meet; ask before the rebound.
 
@@ -106,10 +195,50 @@ def deposits(
     bool array, shape (...)
         Particles that leave the wall already do not stay.
     """
-    relative = as_rows_of("velocity", velocity) - as_rows_of("wall_velocity", wall_velocity)
-    along = as_rows_of("normal", normal)
-    length = np.linalg.norm(along, axis=-1)
-    if not (length > 0.0).all():
+    if not as_rows_of("normal", normal).any(axis=-1).all():
         refuse("normal", "a vector of length zero", "any length but zero")
-    approach = -(relative * along).sum(axis=-1) / length
-    return (approach > 0.0) & (approach < as_positive("critical_speed", critical_speed, 0.0))
+    given = {"velocity": velocity, "normal": normal, "critical_speed": critical_speed}
+    return _by_rows("rbt_deposits_rows", dtype=np.bool_, **given, wall_velocity=wall_velocity)
+
+
+def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike) -> Reals:
+    """Compute the standard deviation of the tilt of facets, for `Table.rebound` as `roughness`.
+
+    It is atan(2 Ra / RSm) for a particle with a diameter below RSm / sin(atan(2 Ra / RSm)), which
+    meets the flanks of the profile's elements, and atan(2 Rq / RSm) for a larger one. All lengths
+    are in the same unit.
+
+    Parameters
+    ----------
+    ra, rq : float or array, shape (...)
+        Mean and root mean square of the profile's height (ISO 21920-2, ISO 4287), not negative.
+        That Rq is not below Ra, which holds for every profile, is not checked.
+    rsm : float or array, shape (...)
+        Mean width of the profile's elements, above 0.
+    diameter : float or array, shape (...)
+        Of the particles, above 0.
+
+    Returns
+    -------
+    float64 array, shape (...)
+        rad.
+
+    Raises
+    ------
+    InputError
+        If a length is not finite or not allowed, or the tilt of one of the particles is above
+        0.5 rad.
+
+    Notes
+    -----
+    Source: Sommerfeld & Huber, "Experimental analysis and modelling of particle-wall collisions",
+    Int. J. Multiphase Flow 25 (1999) 1457-1489.
+    """
+    given = _checked(ra=ra, rq=rq, rsm=rsm, diameter=diameter)
+    tilts = _by_rows("rbt_wall_tilt_rows", **given)
+    refused = np.isnan(tilts)
+    if refused.any():
+        row = int(refused.argmax())
+        each = (np.broadcast_to(array, tilts.shape).flat[row] for array in given.values())
+        refuse("ra, rq, rsm, diameter", ", ".join(f"{x:.9g}" for x in each), "tilts up to 0.5 rad")
+    return tilts

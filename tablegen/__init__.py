@@ -12,11 +12,16 @@ simulation, ``compare`` puts simulated rebounds beside measured ones, which ``re
 reads; the first three are also commands of ``tablegen``.
 """
 
+import warnings
 from typing import Any
 
 import lazy_loader
 
+from sampler.errors import OutsideTableWarning
 from tablegen.config import require_generator
+
+# what the generator draws itself, beyond the table or the measured speeds, it draws knowingly
+warnings.filterwarnings("ignore", category=OutsideTableWarning, module=r"tablegen\.")
 
 # each name of __init__.pyi is imported when it is first used
 _import, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

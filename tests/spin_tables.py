@@ -14,7 +14,6 @@ from sampler.formats.bounds import (
 )
 from sampler.formats.channels import has_works
 from sampler.formats.hdf5 import TableContents
-from sampler.formats.layout import INERTIA_DATASETS
 
 #: What a table has whose spin law was not compared with anything.
 _NOT_MEASURED = {
@@ -129,17 +128,8 @@ def less_spheres(contents: TableContents) -> TableContents:
 def energies(contents: TableContents, states, spin, grains):
     """Least energy after and most before, for the own grains, in m V^2 / 2."""
     codes, beta, gamma = grains.T
-    largest, smallest = np.full(len(states), 2.0 / 3.0), np.zeros(len(states))
-    if "spin/shape_inertia" in contents.datasets:
-        rows = np.searchsorted(contents["spin/shape_codes"], codes)
-        g1, g3 = contents["spin/shape_inertia"][rows].T
-        largest, smallest = g1 * (1.0 + beta**2), g3 * beta**2 * (1.0 + gamma**2)
+    rows = np.searchsorted(contents["spin/shape_codes"], codes)
+    g1, g3 = contents["spin/shape_inertia"][rows].T
+    largest, smallest = g1 * (1.0 + beta**2), g3 * beta**2 * (1.0 + gamma**2)
     after = (states[:, :3] ** 2).sum(axis=1) + smallest * (states[:, 3:] ** 2).sum(axis=1)
     return after, 1.0 + largest * (spin**2).sum(axis=1)
-
-
-def older(contents: TableContents) -> TableContents:
-    """Table as one of version 1.1 has it, which knows no moments of inertia."""
-    later = {dataset.path for dataset in INERTIA_DATASETS}
-    datasets = {path: v for path, v in contents.datasets.items() if path not in later}
-    return replace(contents, datasets=datasets, omega="departure", least_inertia=0.0)

@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from tqdm import tqdm
 
-import sampler
+import sampler.numba
 import tablegen
 
 GAS_DENSITY, VISCOSITY, PARTICLE_DENSITY, BODY_RADIUS, SPEED = 1.16, 1.85e-5, 3950.0, 0.1, 200.0
@@ -82,7 +82,9 @@ def simulated(arrays, v, normal, half_size, omega, turning, keys, work, out):
 @numba.njit
 def drawn(arrays, v, normal, half_size, omega, turning, keys, work, out):
     """Rebound drawn from the table: all that a flow code needs; return the status."""
-    return sampler.rebound(arrays, v, normal, half_size, AT_REST, omega, SEED, *keys, out)
+    return sampler.numba.rebound(
+        arrays, v, normal, half_size, omega=omega, index=keys[0], hit=keys[1], seed=SEED, out=out
+    )
 
 
 @numba.njit(nogil=True)

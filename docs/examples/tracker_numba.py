@@ -3,7 +3,8 @@
 import numba
 import numpy as np
 
-import sampler.numba
+import sampler
+from sampler.numba import rebound, spin_after
 
 DT, GAS, RHO, MU, D, M, NONE = 2e-5, 100.0, 1.2, 1.8e-5, 60e-6, 4.5e-10, (0.0, 0.0, 0.0)  # SI units
 # floor, roof, two sides of each plate: x, y of an end, the normal into the gas, the length
@@ -14,23 +15,22 @@ HUNG = (0.235, 0.03937822, -0.8660254, -0.5, 0.07), (0.2, 0.1, 0.8660254, 0.5, 0
 
 @numba.njit(cache=True)
 def follow(table, grains):
-    ends, new, share = np.zeros(6), np.zeros(6), 1.0 - np.exp(-3.0 * np.pi * MU * D * DT / M)
+    ends, to, share = np.zeros(6), np.zeros(6), 1.0 - np.exp(-3.0 * np.pi * MU * D * DT / M)
     for k in range(grains):
         (x, y), v, omega, hit, into = (0.0, (k + 0.5) * 0.1 / grains), (GAS, 0.0, 0.0), NONE, 0, 0.0
         while 0.0 <= x < 0.5 and not 0.0 < into < 1.0:  # m/s: slow grains rest, instead of hops
             v = v[0] + share * (GAS - v[0]), v[1] - share * v[1], v[2] - share * v[2]
-            omega = sampler.numba.spin_after(omega, DT, M * D**2 / 10.0, D, RHO, MU)
-            n, into = NONE, 0.0  # of a wall that the next step crosses
-            for a, b, p, q, length in CHANNEL + PLATE + HUNG:
+            omega, n, into = spin_after(omega, DT, M * D**2 / 10.0, D, RHO, MU), NONE, 0.0
+            for a, b, p, q, length in CHANNEL + PLATE + HUNG:  # does the next step cross one?
                 away, along = (x - a) * p + (y - b) * q, (x - a) * q - (y - b) * p
                 if 0.0 <= away < -DT * (v[0] * p + v[1] * q) and 0.0 < along < length:
                     n, into = (p, q, 0.0), -v[0] * p - v[1] * q
             if into == 0.0:
                 x, y = x + DT * v[0], y + DT * v[1]
             elif into >= 1.0:
-                code = sampler.numba.rebound(table, v, n, 0.63 * D, None, omega, 7, k, hit, new)
+                code = rebound(table, v, n, 0.63 * D, omega=omega, index=k, hit=hit, seed=7, out=to)
                 assert code >= 0
-                v, omega, hit = (new[0], new[1], new[2]), (new[3], new[4], new[5]), hit + 1
+                v, omega, hit = (to[0], to[1], to[2]), (to[3], to[4], to[5]), hit + 1
                 ends[5] += code > 0  # outside the table, or of the measured speeds
         ends += np.array([x >= 0.5, x < 0.0, hit, v[0] ** 2 + v[1] ** 2 + v[2] ** 2, omega[2], 0.0])
     return ends

@@ -1,11 +1,13 @@
-"""Compile the draw to the shared library that the Python package loads.
+"""Put the C header together from its sections, and compile it to the library that Python loads.
 
     python sampler/c/build.py
 
-The compiler is that of the variable CC, else gcc, clang or cc, else the one of the ``ziglang``
-wheel; flags of the variable CFLAGS come last. No Python headers are needed. The hot loops are
-compiled for several levels of x86-64 where the compiler can do that, and the loader takes the one
-for the processor; bits do not depend on it. The zig compiler brings sines, logarithms and the like
+`rebound_sampler.h` is the sections of `src/` one behind another: what users of C take is one file,
+what people read is many; `library.c` adds what Python alone needs. The compiler is that of the
+variable CC, else gcc, clang or cc, else the one of the ``ziglang`` wheel; flags of the variable
+CFLAGS come last. No Python headers are needed. The hot loops are compiled for several levels of
+x86-64 where the compiler can do that, and the loader takes the one for the processor; bits do not
+depend on it. The zig compiler brings sines, logarithms and the like
 of its own, which move last digits of rebounds from rough walls and of exactly normal impacts.
 """
 
@@ -18,7 +20,17 @@ from importlib.util import find_spec
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+HEADER = HERE / "rebound_sampler.h"
+SOURCE = HERE / "library.c"
 LIBRARY = HERE.parent / "librebound.so"
+
+#: Sections of the header, in their order.
+SECTIONS = (
+    *("public", "prelude", "words", "nodes", "sphere", "grains", "spin", "experts", "outcomes"),
+    *("sample", "frame", "rough", "rebound", "checksum", "layout", "check", "read", "open"),
+    *("queries", "gas"),
+    "end",
+)
 
 #: No product is fused with a sum, which keeps the bits; nobody reads errno or floating-point traps.
 FLAGS = (
@@ -39,8 +51,15 @@ def compiler() -> list[str]:
     return zig if find_spec("ziglang") else []
 
 
-def build(library: Path = LIBRARY, source: Path = HERE / "rebound_sampler.h") -> None:
-    """Compile the library; raises `SystemExit` with one line if that cannot be done."""
+def header() -> str:
+    """Put the header together."""
+    sections = (HERE / "src" / f"{name}.h" for name in SECTIONS)
+    return "\n".join(section.read_text(encoding="utf-8") for section in sections)
+
+
+def build(library: Path = LIBRARY, source: Path = SOURCE) -> None:
+    """Write header and library; raises `SystemExit` with one line if that cannot be done."""
+    HEADER.write_text(header(), encoding="utf-8")
     words = compiler()
     if not words:
         raise SystemExit("no C compiler found: install gcc or clang, or pip install ziglang")

@@ -1,4 +1,4 @@
-"""Build hook: a wheel carries the compiled draw, and serves every Python of its platform."""
+"""Build hook: a wheel carries the draw, compiled and as a header, and serves every Python."""
 
 import sys
 import sysconfig
@@ -24,4 +24,4 @@ class CompiledDraw(BuildHookInterface):
         platform = sysconfig.get_platform().replace("-", "_").replace(".", "_")
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{platform}"
-        build_data["artifacts"].append("/sampler/librebound.so")
+        build_data["artifacts"] += ["/sampler/librebound.so", "/sampler/c/rebound_sampler.h"]

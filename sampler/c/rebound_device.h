@@ -10,13 +10,13 @@
        void *copy;
        int code = rbt_to_device(table, &on_device, &copy);   (a table from rbt_open)
 
-   and then calls rbt_draw, rbt_rebound or rbt_rough_rebound with &on_device in kernels of its own,
+   and then calls rbt_sample or rbt_rebound with &on_device in kernels of its own, one row at a time,
    which take on_device by value as RBT_TABLE_ARGUMENT, or launches the kernels below; rbt_device_free
    ends the copy. Compile with -fmad=false for the bits of the host.
 
    All arrays lie on the device. Their numbers are of type RBT_REAL, double unless it is defined as
    float before this file is included: then what is read and written takes half of the memory's time.
-   The arithmetic is that of rbt_draw and rbt_rebound either way; results are rounded to RBT_REAL once.
+   The arithmetic is that of rbt_sample and rbt_rebound either way; results are rounded once.
 
    Part of rebound-tables; MIT licence. */
 
@@ -54,211 +54,138 @@
 #define RBT_TABLE_ARGUMENT const rbt_table
 #endif
 
-/* What the threads of a launch report together. Set all bits of bad and clamped_row, and no other,
-   before the first; rbt_device_code tells the result. */
-typedef struct rbt_device_report {
-    unsigned long long bad;          /* first row with an error, times 256, less its code */
-    unsigned long long clamped_row;  /* first clamped row */
-    unsigned long long clamped;      /* number of clamped rows */
-    unsigned long long extrapolated; /* number of rows with RBT_EXTRAPOLATED */
-} rbt_device_report;
+/* -- draws and rebounds ---------------------------------------------------------------------------
 
-/* Arguments of which one row stands for all: bits of `single`. */
-#define RBT_ONE_VELOCITY 1u
-#define RBT_ONE_NORMAL 2u
-#define RBT_ONE_HALF_SIZE 4u
-#define RBT_ONE_WALL_VELOCITY 8u
-#define RBT_ONE_ROUGHNESS 16u
-#define RBT_ONE_OMEGA 32u
-#define RBT_ONE_ALPHA1 1u
-#define RBT_ONE_SPEED 2u
-#define RBT_ONE_SPIN 32u
-#define RBT_ONE_INDEX 64u
-#define RBT_ONE_HIT 128u
-#define RBT_ISOTROPIC 256u /* no argument: facets are tilted across the plane of incidence as well */
+   The kernels take n rows and fill codes[n]; rows with an error have NaN in their results. *flagged, 0
+   before, becomes 1 if any code is not 0. Records are those of rbt_conditions and rbt_impacts, on the
+   device. One row can stand for all: bit k of `single` says so of field k, counted from 0. */
 
-/* Row of an argument. */
-RBTI_PART unsigned long long rbti_row(uint32_t single, uint32_t bit, unsigned long long k)
+typedef struct rbt_device_conditions {
+    const RBT_REAL *alpha1, *speed, *spin, *grain;
+    const uint64_t *index;
+    const uint32_t *hit;
+    uint32_t single;
+    int fresh;
+} rbt_device_conditions;
+
+typedef struct rbt_device_impacts {
+    const RBT_REAL *velocity, *normal, *half_size, *wall_velocity, *omega, *roughness, *grain;
+    const uint64_t *index;
+    const uint32_t *hit;
+    uint32_t single;
+    int fresh, isotropic;
+} rbt_device_impacts;
+
+/* Row of a field. */
+RBTI_PART unsigned long long rbti_row(uint32_t single, unsigned field, unsigned long long k)
 {
-    return single & bit ? 0 : k;
+    return single >> field & 1 ? 0 : k;
 }
 
-/* Vector in a row. */
-RBTI_PART void rbti_vector(const RBT_REAL *array, unsigned long long row, double vector[3])
+/* Numbers of a row of an array, or NULL where there is none. */
+RBTI_PART const double *rbti_load(const RBT_REAL *array, unsigned width, unsigned long long row,
+                                  double *numbers)
 {
-    for (unsigned k = 0; k < 3; k++)
-        vector[k] = (double)array[3 * row + k];
+    for (unsigned c = 0; c < width && array; c++)
+        numbers[c] = (double)array[width * row + c];
+    return array ? numbers : (const double *)0;
 }
 
-/* Count a row in what one thread has found. */
-RBTI_PART void rbti_count_row(int code, unsigned long long row, rbt_device_report *found)
+/* Write a row of an array, if there is one. */
+RBTI_PART void rbti_store(const double *numbers, unsigned width, unsigned long long row,
+                          RBT_REAL *array)
 {
-    if (code < RBT_OK) {
-        const unsigned long long bad = row * 256u + (unsigned)-code;
-        found->bad = bad < found->bad ? bad : found->bad;
-        return;
-    }
-    if (code & RBT_CLAMPED) {
-        found->clamped_row = row < found->clamped_row ? row : found->clamped_row;
-        found->clamped++;
-    }
-    found->extrapolated += (code & RBT_EXTRAPOLATED) != 0;
+    for (unsigned c = 0; c < width && array; c++)
+        array[width * row + c] = (RBT_REAL)numbers[c];
 }
 
-/* Add what one thread has found; mostly there is nothing. */
-RBTI_PART void rbti_add_to_report(const rbt_device_report *found, rbt_device_report *report)
+/* Draw n rows from the spin law, or from that of first impacts. */
+RBTI_PART void rbti_sample_rows(const rbt_table *table, unsigned long long n,
+                                const rbt_device_conditions *of, int spins, uint64_t seed,
+                                RBT_REAL *states, int *codes, int *flagged)
 {
-    if (found->bad != ~0ull)
-        atomicMin(&report->bad, found->bad);
-    if (found->clamped > 0) {
-        atomicMin(&report->clamped_row, found->clamped_row);
-        atomicAdd(&report->clamped, found->clamped);
-    }
-    if (found->extrapolated > 0)
-        atomicAdd(&report->extrapolated, found->extrapolated);
-}
-
-/* -- draws ---------------------------------------------------------------------------------------- */
-
-/* Parameters of the kernels of draws, behind the table: those of rbt_draw_batch, and
-   states[n_columns * n], of which a row has the table's columns in their order. Rows with an error are
-   not written. */
-#define RBTI_DRAW_PARAMETERS                                                                       \
-    unsigned long long n, uint32_t single, const RBT_REAL *alpha1, const RBT_REAL *speed,          \
-        const RBT_REAL *spin, uint64_t seed, const uint64_t *index, const uint32_t *hit,           \
-        RBT_REAL *states, rbt_device_report *report
-
-/* One row of a launch: the code. */
-RBTI_PART int rbti_draw_row(const rbt_table *table, double alpha1, double speed,
-                            const RBT_REAL *spin, unsigned long long spin_row, uint64_t seed,
-                            uint64_t index, uint32_t hit, RBT_REAL *states)
-{
-    double values[RBT_VALUES], vector[3];
-    if (spin)
-        rbti_vector(spin, spin_row, vector);
-    const int code = rbt_draw_all(table, alpha1, speed, spin ? vector : NULL, NULL, seed, index,
-                                  hit, values);
-    for (int c = 0; c < table->n_columns && code >= RBT_OK; c++) {
-        double value = values[0]; /* no place can be looked up in registers */
-        for (int k = 1; k < RBT_VALUES; k++)
-            value = table->columns[c] == k ? values[k] : value;
-        states[c] = (RBT_REAL)value;
-    }
-    return code;
-}
-
-RBTI_PART void rbti_draw_rows(const rbt_table *table, RBTI_DRAW_PARAMETERS)
-{
-    rbt_device_report found = {~0ull, ~0ull, 0, 0};
+    const uint32_t one = of->single;
     RBT_EACH_ROW(k, n) {
-        const int code = rbti_draw_row(
-            table, (double)alpha1[rbti_row(single, RBT_ONE_ALPHA1, k)],
-            (double)speed[rbti_row(single, RBT_ONE_SPEED, k)], spin,
-            rbti_row(single, RBT_ONE_SPIN, k), seed, index[rbti_row(single, RBT_ONE_INDEX, k)],
-            hit[rbti_row(single, RBT_ONE_HIT, k)], states + (size_t)table->n_columns * k);
-        rbti_count_row(code, k, &found);
+        double alpha1, speed, spin[3], grain[3], values[RBT_VALUES];
+        rbti_grains grains = {(const double *)0, seed, of->fresh};
+        rbti_load(of->alpha1, 1, rbti_row(one, 0, k), &alpha1);
+        rbti_load(of->speed, 1, rbti_row(one, 1, k), &speed);
+        if (spins)
+            grains.given = rbti_load(of->grain, 3, rbti_row(one, 3, k), grain);
+        const double *given = spins ? rbti_load(of->spin, 3, rbti_row(one, 2, k), spin) : grains.given;
+        codes[k] = rbti_draw_one(table, alpha1, speed, given, seed, &grains,
+                                 of->index[rbti_row(one, 4, k)], of->hit[rbti_row(one, 5, k)],
+                                 spins, RBT_VALUES, values);
+        for (int c = 0; c < table->n_columns; c++) {
+            double value = values[0]; /* no place can be looked up in registers */
+            for (int v = 1; v < RBT_VALUES; v++)
+                value = table->columns[c] == v ? values[v] : value;
+            states[(size_t)table->n_columns * k + (size_t)c] =
+                (RBT_REAL)(codes[k] < RBT_OK ? rbti_nan() : value);
+        }
+        if (codes[k] != RBT_OK)
+            *flagged = 1;
     }
-    rbti_add_to_report(&found, report);
 }
 
-/* Draws from the law of first impacts; `spin` is not read. */
-RBT_KERNEL rbt_draw_kernel(RBT_TABLE_ARGUMENT table, RBTI_DRAW_PARAMETERS)
+/* Draw states of the table's columns from the law of first impacts; spin and grain are not read. */
+RBT_KERNEL rbt_sample_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
+                             const rbt_device_conditions of, uint64_t seed, RBT_REAL *states,
+                             int *codes, int *flagged)
 {
-    (void)spin;
-    rbti_draw_rows(&table, n, single, alpha1, speed, (const RBT_REAL *)0, seed, index, hit, states,
-                   report);
+    rbti_sample_rows(&table, n, &of, 0, seed, states, codes, flagged);
 }
 
-/* Draws from the spin law; spin[3 * n] is there. */
-RBT_KERNEL rbt_spin_draw_kernel(RBT_TABLE_ARGUMENT table, RBTI_DRAW_PARAMETERS)
+/* The same from the spin law; spin and grain may be NULL. */
+RBT_KERNEL rbt_spin_sample_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
+                                  const rbt_device_conditions of, uint64_t seed, RBT_REAL *states,
+                                  int *codes, int *flagged)
 {
-    rbti_draw_rows(&table, n, single, alpha1, speed, spin, seed, index, hit, states, report);
+    rbti_sample_rows(&table, n, &of, 1, seed, states, codes, flagged);
 }
 
-/* -- rebounds ------------------------------------------------------------------------------------- */
-
-/* Parameters of the kernels of rebounds, behind the table: those of rbt_rebound_batch. wall_velocity
-   may be NULL. Rows with an error are not written; new_velocity may be velocity, and new_omega omega,
-   where no row of theirs stands for all. */
-#define RBTI_REBOUND_PARAMETERS                                                                    \
-    unsigned long long n, uint32_t single, const RBT_REAL *velocity, const RBT_REAL *normal,       \
-        const RBT_REAL *half_size, const RBT_REAL *wall_velocity, const RBT_REAL *roughness,       \
-        const RBT_REAL *omega, uint64_t seed, const uint64_t *index, const uint32_t *hit,          \
-        RBT_REAL *new_velocity, RBT_REAL *new_omega, rbt_device_report *report
-
-/* Impact of one row, and the keys of its random numbers. */
-typedef struct rbti_device_impact {
-    double velocity[3], normal[3], wall[3], omega[3], half_size, roughness;
-    uint64_t seed, index;
-    uint32_t hit;
-    int isotropic;
-} rbti_device_impact;
-
-/* Rebound one row: the code. */
-RBTI_PART int rbti_rebound_row(const rbt_table *table, const rbti_device_impact *of, int rough,
-                               int spins, unsigned long long k, RBT_REAL *new_velocity,
-                               RBT_REAL *new_omega)
+/* Rebound n rows. */
+RBTI_PART void rbti_rebound_rows(const rbt_table *table, unsigned long long n,
+                                 const rbt_device_impacts *of, uint64_t seed, RBT_REAL *velocity,
+                                 RBT_REAL *omega, RBT_REAL *works, int *codes, int *flagged)
 {
-    double v[3], turning[3];
-    const double *omega = spins ? of->omega : (const double *)0;
-    const int code =
-        rough ? rbt_rebound_grain(table, of->velocity, of->normal, of->half_size, of->wall,
-                                  of->roughness, of->isotropic, omega, (const double *)0, of->seed,
-                                  of->index, of->hit, v, turning)
-              : rbt_rebound(table, of->velocity, of->normal, of->half_size, of->wall, omega,
-                            of->seed, of->index, of->hit, v, turning);
-    for (unsigned c = 0; c < 3 && code >= RBT_OK; c++) {
-        new_velocity[3 * k + c] = (RBT_REAL)v[c];
-        new_omega[3 * k + c] = (RBT_REAL)turning[c];
-    }
-    return code;
-}
-
-RBTI_PART void rbti_rebound_rows(const rbt_table *table, RBTI_REBOUND_PARAMETERS)
-{
-    rbt_device_report found = {~0ull, ~0ull, 0, 0};
+    const uint32_t one = of->single;
     RBT_EACH_ROW(k, n) {
-        rbti_device_impact of;
-        rbti_vector(velocity, rbti_row(single, RBT_ONE_VELOCITY, k), of.velocity);
-        rbti_vector(normal, rbti_row(single, RBT_ONE_NORMAL, k), of.normal);
-        of.half_size = (double)half_size[rbti_row(single, RBT_ONE_HALF_SIZE, k)];
-        of.wall[0] = of.wall[1] = of.wall[2] = 0.0;
-        if (wall_velocity)
-            rbti_vector(wall_velocity, rbti_row(single, RBT_ONE_WALL_VELOCITY, k), of.wall);
-        if (roughness)
-            of.roughness = (double)roughness[rbti_row(single, RBT_ONE_ROUGHNESS, k)];
-        if (omega)
-            rbti_vector(omega, rbti_row(single, RBT_ONE_OMEGA, k), of.omega);
-        of.isotropic = (single & RBT_ISOTROPIC) != 0;
-        of.seed = seed;
-        of.index = index[rbti_row(single, RBT_ONE_INDEX, k)];
-        of.hit = hit[rbti_row(single, RBT_ONE_HIT, k)];
-        const int code = rbti_rebound_row(table, &of, roughness != (const RBT_REAL *)0,
-                                          omega != (const RBT_REAL *)0, k, new_velocity, new_omega);
-        rbti_count_row(code, k, &found);
+        double vectors[5][3], half_size, roughness, after[3], turning[3], work[2];
+        const uint64_t index = of->index[rbti_row(one, 7, k)];
+        const uint32_t hit = of->hit[rbti_row(one, 8, k)];
+        const rbt_impacts impact = {
+            rbti_load(of->velocity, 3, rbti_row(one, 0, k), vectors[0]),
+            rbti_load(of->normal, 3, rbti_row(one, 1, k), vectors[1]),
+            rbti_load(of->half_size, 1, rbti_row(one, 2, k), &half_size),
+            rbti_load(of->wall_velocity, 3, rbti_row(one, 3, k), vectors[2]),
+            rbti_load(of->omega, 3, rbti_row(one, 4, k), vectors[3]),
+            rbti_load(of->roughness, 1, rbti_row(one, 5, k), &roughness),
+            rbti_load(of->grain, 3, rbti_row(one, 6, k), vectors[4]),
+            &index, &hit, of->fresh, of->isotropic};
+        const rbt_rebounds found = {after, turning, works ? work : (double *)0, (int *)0, 0, 0, {0}};
+        codes[k] = rbti_rebound_row(table, &impact, 0, seed, &found);
+        rbti_store(after, 3, k, velocity);
+        rbti_store(turning, 3, k, omega);
+        rbti_store(work, 2, k, works);
+        if (codes[k] != RBT_OK)
+            *flagged = 1;
     }
-    rbti_add_to_report(&found, report);
 }
 
-/* Rebounds from smooth walls; `roughness` is not read, and omega may be NULL. */
-RBT_KERNEL rbt_rebound_kernel(RBT_TABLE_ARGUMENT table, RBTI_REBOUND_PARAMETERS)
+/* Rebound particles; results may be the arrays of the impacts where no row stands for all, and `works`
+   NULL. */
+RBT_KERNEL rbt_rebound_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
+                              const rbt_device_impacts of, uint64_t seed, RBT_REAL *velocity,
+                              RBT_REAL *omega, RBT_REAL *works, int *codes, int *flagged)
 {
-    (void)roughness;
-    rbti_rebound_rows(&table, n, single, velocity, normal, half_size, wall_velocity,
-                      (const RBT_REAL *)0, omega, seed, index, hit, new_velocity, new_omega, report);
-}
-
-/* Rebounds from rough walls, roughness[n]; omega may be NULL. */
-RBT_KERNEL rbt_rough_rebound_kernel(RBT_TABLE_ARGUMENT table, RBTI_REBOUND_PARAMETERS)
-{
-    rbti_rebound_rows(&table, n, single, velocity, normal, half_size, wall_velocity, roughness,
-                      omega, seed, index, hit, new_velocity, new_omega, report);
+    rbti_rebound_rows(&table, n, &of, seed, velocity, omega, works, codes, flagged);
 }
 
 /* -- tables --------------------------------------------------------------------------------------- */
 
 /* Table of an image that lies on the device, for programs that have no rbt_table (Python): its size,
-   and the table behind it. One thread; `kept` as in rbt_keep_grains. */
+   and the table behind it. One thread. */
 typedef struct rbt_device_table {
     unsigned long long bytes;
     rbt_table table;
@@ -267,13 +194,10 @@ typedef struct rbt_device_table {
 /* Kernels take 4096 bytes of arguments. */
 static_assert(sizeof(rbt_device_table) <= 2048, "a table does not fit among the arguments");
 
-RBT_KERNEL rbt_table_kernel(const void *image, unsigned long long size, int kept,
-                            rbt_device_table *out)
+RBT_KERNEL rbt_table_kernel(const void *image, unsigned long long size, rbt_device_table *out)
 {
-    rbt_table table = rbt_unchecked(image, (size_t)size);
-    rbt_keep_grains(&table, kept);
-    out->bytes = sizeof table;
-    out->table = table;
+    out->bytes = sizeof out->table;
+    out->table = rbt_unchecked(image, (size_t)size);
 }
 
 #ifndef RBT_DEVICE_ONLY
@@ -315,18 +239,6 @@ static inline void rbt_device_free(void *copy)
 {
     if (copy)
         (void)RBT_DEVICE_FREE(copy);
-}
-
-/* What a launch of n rows says, as rbt_draw_batch would: RBT_OK, flags, or the code of the first
-   row with an error, and its number in *row (else n). The report was copied to the host. Unlike in a
-   batch, rows behind one with an error are done, and counted. */
-static inline int rbt_device_code(const rbt_device_report *report, unsigned long long n,
-                                  unsigned long long *row)
-{
-    *row = report->bad == ~0ull ? n : report->bad / 256u;
-    if (report->bad != ~0ull)
-        return -(int)(report->bad % 256u);
-    return (report->clamped > 0) * RBT_CLAMPED | (report->extrapolated > 0) * RBT_EXTRAPOLATED;
 }
 
 #endif

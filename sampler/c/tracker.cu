@@ -8,13 +8,15 @@ RBT_KERNEL follow(RBT_TABLE_ARGUMENT table, unsigned long long grains, double *s
         {0.1, 0, -s, 0.5, 0, 0.07}, {0.135, 0.06062178, s, -0.5, 0, 0.07},
         {0.235, 0.03937822, -s, -0.5, 0, 0.07}, {0.2, 0.1, s, 0.5, 0, 0.07}}; /* x, y, n, length */
     const double gas[3] = {100, 0, 0}, rho = 1.2, mu = 1.8e-5, d = 60e-6, m = 4.5e-10, dt = 2e-5;
-    const double share = -expm1(-9.42477796 * mu * d * dt / m), inertia = m * d * d / 10;
+    const double share = -expm1(-9.42477796 * mu * d * dt / m), half_size = 0.63 * d;
     RBT_EACH_ROW(k, grains) {
         double x[2] = {0, ((double)k + 0.5) * 5e-5}, v[3] = {100, 0, 0}, omega[3] = {0, 0, 0};
-        uint32_t hit = 0; /* walls that it has met */
+        const uint64_t index = k; uint32_t hit = 0; /* walls that it has met */
+        rbt_impacts of = {}; of.velocity = v, of.omega = omega, of.half_size = &half_size;
+        of.index = &index, of.hit = &hit; rbt_rebounds to = {}; to.velocity = v, to.omega = omega;
         for (int code = RBT_OK; x[0] >= 0 && x[0] < 0.5 && code >= RBT_OK;) {
             for (int i = 0; i < 3; i++) v[i] += share * (gas[i] - v[i]);
-            rbt_spin_after(omega, dt, inertia, d, rho, mu, nullptr, omega);
+            rbt_spin_after(omega, dt, m * d * d / 10, d, rho, mu, nullptr, omega);
             const double *n = nullptr; /* normal of a wall that the next step crosses */
             for (const auto &w : walls) {
                 const double a = x[0] - w[0], b = x[1] - w[1], away = w[2] * a + w[3] * b;
@@ -23,7 +25,7 @@ RBT_KERNEL follow(RBT_TABLE_ARGUMENT table, unsigned long long grains, double *s
             }
             if (n && n[0] * v[0] + n[1] * v[1] > -1) break; /* m/s: it rests, instead of hops */
             if (!n) x[0] += dt * v[0], x[1] += dt * v[1];
-            else code = rbt_rebound(&table, v, n, 0.63 * d, nullptr, omega, 7, k, hit++, v, omega);
+            else of.normal = n, code = rbt_rebound(&table, 1, &of, 7, &to), hit++;
         }
         atomicAdd(sums, double(x[0] >= 0.5)), atomicAdd(sums + 1, double(x[0] < 0));
         atomicAdd(sums + 2, double(hit)), atomicAdd(sums + 4, omega[2]);

@@ -1,14 +1,14 @@
 """A table on a GPU: draws and rebounds of arrays that live there."""
 
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
 from sampler.arguments import Keys, Rebound, as_isotropic, broadcast
 from sampler.device import program
-from sampler.errors import OK, refuse
-from sampler.formats.image import Image, header_of
-from sampler.library import Report
+from sampler.errors import refuse
+from sampler.formats.image import Image
+from sampler.library import Found
 from sampler.messages import Counting, Counts
 
 #: Threads of a block, and most blocks for each multiprocessor: larger arrays are taken in turns.
@@ -18,8 +18,12 @@ _BLOCKS = 32
 #: Bytes that the arguments of a kernel can have, among them those of a table.
 _MOST_BYTES = 4096
 
-#: A row that a report of `rebound_device.h` does not have.
-_NONE = 2**64 - 1
+#: Fields of the records of `rebound_device.h`, in their order.
+_CONDITIONS = ("alpha1", "speed", "spin", "grain", "index", "hit")
+_IMPACTS = (
+    *("velocity", "normal", "half_size", "wall_velocity", "omega", "roughness", "grain"),
+    *("index", "hit"),
+)
 
 
 class DeviceTable(Counting):
@@ -42,7 +46,7 @@ class DeviceTable(Counting):
     ----------
     columns, outside, dtype
         As of `Table`, and as given.
-    clamped, extrapolated : int
+    counts : dict of int
         As of `Table`, of the draws on the device.
     """
 
@@ -50,12 +54,13 @@ class DeviceTable(Counting):
         options = program.options(dtype)
         self._cupy = cupy = program.cupy_with_gpu()
         self.columns, self.outside, self.dtype = table.columns, table.outside, dtype
-        self._table, self._header, self._counts = table, header_of(image), Counts()
+        self.pair, self.covered = table.pair, table.covered
+        self._table, self._counts = table, Counts()
         self._device = cupy.cuda.Device()
         self._module = cupy.RawModule(code=program.source(), options=options)
         self._image = cupy.asarray(image)
         self._blocks = _BLOCKS * self._device.attributes["MultiProcessorCount"]
-        self._tables = {grain: self._as_argument(grain) for grain in ("own", "fresh")}
+        self._argument = self._as_argument()
 
     def __repr__(self) -> str:
         return f"<sampler.DeviceTable on device {self._device.id}, {self.dtype}>"
@@ -90,11 +95,11 @@ class DeviceTable(Counting):
         InputError
             As `Table.sample`.
         """
-        arguments = {"alpha1": alpha1, "speed": speed}
-        call = self._call(arguments, "spin", spin, grain, Keys(seed, index, hit))
+        arguments = {"alpha1": alpha1, "speed": speed, "spin": spin}
+        call = self._call(arguments, "spin", grain, Keys(seed, index, hit))
         states = self._empty(*call.shape, len(self.columns))
-        kernel = "rbt_spin_draw_kernel" if "spin" in call.rows.arrays else "rbt_draw_kernel"
-        self._launch(kernel, grain, call, ("alpha1", "speed", "spin"), [states])
+        kernel = "rbt_sample_kernel" if spin is None else "rbt_spin_sample_kernel"
+        self._launch(kernel, call, _CONDITIONS, [states])
         return states
 
     def rebound(
@@ -111,6 +116,7 @@ class DeviceTable(Counting):
         wall_velocity: Any = None,
         roughness: Any = None,
         isotropic: bool = False,
+        works: Any = None,
     ) -> Rebound:
         """Rebound particles from a wall, in the lab frame.
 
@@ -120,6 +126,8 @@ class DeviceTable(Counting):
             As for `Table.rebound`; arrays as for `sample`.
         grain, seed, index, hit
             As for `sample`.
+        works : cupy.ndarray, shape (..., 2), written, optional
+            As for `Table.rebound`.
 
         Returns
         -------
@@ -127,14 +135,16 @@ class DeviceTable(Counting):
             ``velocity, omega``: cupy.ndarray, shape (..., 3), of the type `dtype`.
         """
         isotropic = as_isotropic(isotropic, roughness)
+        if works is not None and "work_normal" not in self.columns:
+            refuse("works", "an array", f"none, for the table {self.pair} has no works")
         arguments = {"velocity": velocity, "normal": normal, "half_size": half_size}
-        others = {"wall_velocity": wall_velocity, "roughness": roughness}
-        arguments |= {name: values for name, values in others.items() if values is not None}
-        call = self._call(arguments, "omega", omega, grain, Keys(seed, index, hit))
+        arguments |= {"wall_velocity": wall_velocity, "roughness": roughness, "omega": omega}
+        call = self._call(arguments, "omega", grain, Keys(seed, index, hit))
         after = [self._empty(*call.shape, 3) for _ in range(2)]
-        kernel = "rbt_rebound_kernel" if roughness is None else "rbt_rough_rebound_kernel"
-        names = ("velocity", "normal", "half_size", "wall_velocity", "roughness", "omega")
-        self._launch(kernel, grain, call, names, after, isotropic)
+        energies = None if works is None else self._empty(*call.shape, 2)
+        self._launch("rbt_rebound_kernel", call, _IMPACTS, [*after, energies], isotropic)
+        if works is not None:
+            works[...] = energies
         return Rebound(*after)
 
     def _empty(self, *shape: int) -> Any:
@@ -142,55 +152,51 @@ class DeviceTable(Counting):
         with self._device:
             return self._cupy.empty(shape, self.dtype)
 
-    def _as_argument(self, grain: str) -> Any:
+    def _as_argument(self) -> Any:
         """Make the table that kernels take by value, on the device from the image."""
         with self._device:
             made = self._cupy.zeros(_MOST_BYTES, np.uint8)
-            arguments = self._image, np.uint64(self._image.size), np.int32(grain == "own"), made
+            arguments = self._image, np.uint64(self._image.size), made
             self._module.get_function("rbt_table_kernel")((1,), (1,), arguments)
             found = self._cupy.asnumpy(made)
         return found[8 : 8 + int(found[:8].view(np.uint64)[0])].copy()
 
     def _call(
-        self, arguments: dict[str, Any], name: str, spin: Any, grain: Any, keys: Keys
+        self, arguments: dict[str, Any], name: str, grain: Any, keys: Keys
     ) -> program.DeviceCall:
-        """Make rows of the arguments of a call, with the spin where it counts."""
+        """Make rows of those arguments of a call that are given."""
         if not isinstance(grain, str):
             refuse("grain", type(grain).__name__, "'own', 'fresh'")
-        self._table.check_spin(name, spin, grain)
-        if spin is not None:
-            arguments = arguments | {name: spin}
+        self._table.check_spin(name, arguments[name], grain)
+        given = {name: values for name, values in arguments.items() if values is not None}
         with self._device:
             there = program.DeviceArrays(self._cupy, self.dtype)
-            fresh = grain == "fresh"
-            return program.DeviceCall(*broadcast(arguments, keys, fresh, arrays_of=there))
+            return program.DeviceCall(*broadcast(given, keys, grain == "fresh", arrays_of=there))
 
     def _launch(
         self,
         kernel: str,
-        grain: str,
         call: program.DeviceCall,
         names: tuple[str, ...],
         results: list[Any],
         isotropic: bool = False,
     ) -> None:
         """Run a kernel over all rows; refuse the first bad row, or count the rows outside."""
-        rows, arrays = call.rows, call.rows.arrays
+        rows, arrays = call.rows, cast(dict[str, Any], call.rows.arrays)
         if rows.n == 0:
             return
-        bits = program.bits()
-        single = sum(bits[name] for name, array in arrays.items() if len(array) == 1)
-        single |= bits["isotropic"] * isotropic
-        given = [arrays.get(name) for name in names]
-        keys = np.uint64(rows.seed), arrays["index"], arrays["hit"]
+        single = sum((len(arrays.get(name, ())) == 1) << k for k, name in enumerate(names))
+        places = [arrays[name].data.ptr if name in arrays else 0 for name in names]
+        # pointers, then two pairs of 32-bit numbers: single and fresh, isotropic and nothing
+        record = np.array([*places, single + (rows.fresh << 32), isotropic], np.uint64)
         blocks = min(-(-rows.n // _THREADS), self._blocks)
         with self._device:
-            found = self._cupy.asarray(np.array([_NONE, _NONE, 0, 0], np.uint64))
-            table = self._tables[grain], np.uint64(rows.n), np.uint32(single)
-            arguments = (*table, *given, *keys, *results, found)
+            codes, flagged = self._cupy.empty(rows.n, np.intc), self._cupy.zeros(1, np.intc)
+            given = self._argument, np.uint64(rows.n), record, np.uint64(rows.seed)
+            arguments = (*given, *results, codes, flagged)
             self._module.get_function(kernel)((blocks,), (_THREADS,), arguments)
-            bad, clamped_row, clamped, extrapolated = (int(x) for x in self._cupy.asnumpy(found))
-            bad_row, code = (-1, OK) if bad == _NONE else (bad // 256, -(bad % 256))
-            first = -1 if clamped_row == _NONE else clamped_row
-            report = Report(bad_row, code, first, clamped, extrapolated)
-            self._finish(self._header, call, report, 4)
+            if not flagged.item():
+                return
+            found = Found.of(self._cupy.asnumpy(codes))
+        self._refuse(call, found)
+        self._count(call, found, 4)

@@ -3,7 +3,6 @@
 Arrays that live on the device stay there; numbers and numpy arrays are checked on the host.
 """
 
-import re
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -34,13 +33,6 @@ def source() -> str:
     return "".join(["#define REBOUND_SAMPLER_IMPLEMENTATION\n", *texts])
 
 
-@cache
-def bits() -> dict[str, int]:
-    """Find in the program the bits of `single`: of arguments of one row for all, and a flag."""
-    found = re.findall(r"#define RBT_(?:ONE_)?(\w+) (\d+)u", source())
-    return {name.lower(): int(bit) for name, bit in found}
-
-
 def options(dtype: str) -> tuple[str, ...]:
     """Give the options of the compiler: the type of numbers; no fused products, as on the host.
 
@@ -59,7 +51,7 @@ def cupy_with_gpu() -> Any:
     try:
         import cupy
     except ImportError:
-        allowed = "after: pip install 'rebound-tables[cuda]'"
+        allowed = "after: pip install cupy-cuda13x"
         raise InputError(f"to_device: CuPy is not installed, allowed {allowed}") from None
     try:
         devices, reason = cupy.cuda.runtime.getDeviceCount(), ""

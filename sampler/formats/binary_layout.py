@@ -8,6 +8,7 @@ the parts of the C header and of the Fortran module that follow from it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from sampler.formats.channels import MOST_NAMES
 #: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
 #: Major and minor version of the format. A reader takes any minor version of its major version.
-BINARY_VERSION = (1, 4)
+BINARY_VERSION = (2, 0)
 #: Bytes to which every array is aligned: a cache line.
 ALIGNMENT = 64
 #: Files are smaller than this, so that 32-bit indices reach everything in them.
@@ -59,16 +60,19 @@ class StoredArray:
     ----------
     name : str
         Its offset is the header field ``at_`` + name.
+    count : str
+        Header field, a count: where it is 0 the table has no such array, whose offset is 0.
     dtype : str
     dims : tuple of str or int
-        Names of header fields; ``n_cells`` is made from the numbers of nodes, ``n_outcomes`` and
-        ``expert_stride`` follow from the flags.
+        Names of header fields; ``n_cells`` is made from the numbers of nodes, ``expert_stride``
+        from the number of outcomes.
     meaning : str
     extra : int
         Further numbers behind the last, which a draw may read but not use.
     """
 
     name: str
+    count: str
     dtype: str
     dims: tuple[str | int, ...]
     meaning: str
@@ -82,72 +86,68 @@ _RECORDS = (
     "records: probability of reflection, means, factors (columns packed), padding; 1/4096; "
     "8 zeros behind the last record"
 )
+_EXPERTS = (
+    "records: coefficients of the means, 1/2048, by feature; factors (columns packed), 1/4096; "
+    "padding; 8 zeros behind the last record"
+)
 
+
+def _of(count: str, *arrays: tuple[Any, ...]) -> list[StoredArray]:
+    """Arrays that are there where a count is not 0."""
+    return [StoredArray(name, count, *rest) for name, *rest in arrays]
+
+
+#: All arrays, in the order of a file: of the nodes, the grains, the spin law and the laws of
+#: contact. Those of the law's shapes are of the shapes with a positive weight.
 ARRAYS = (
-    StoredArray("alpha_coordinate", "<f8", ("n_alpha_grid",), _COORDINATE + "angle"),
-    StoredArray("speed_coordinate", "<f8", ("n_speed_grid",), _COORDINATE + "speed"),
-    StoredArray("normals", "<f4", (257, 4), "cubics through the normal quantile function"),
-    StoredArray("alias", "<u4", (*_NODES, "n_components"), _ALIAS),
-    StoredArray("first_of_class", "<u2", (*_NODES, "n_classes"),
-        "first mixture component of each class of rebounds"),
-    StoredArray("components", "<i2", (*_NODES, "n_components", "stride"), _RECORDS, extra=8),
-    StoredArray("spans", "<f8", (*_CELLS, 2), "least quantile of the cell, and size of a step"),
-    StoredArray("quantiles", "<u2", (*_CELLS, "n_knots", 4),
-        "steps of the quantiles at the four nodes of a cell"),
+    *_of("n_alpha",
+        ("alpha_coordinate", "<f8", ("n_alpha_grid",), _COORDINATE + "angle"),
+        ("speed_coordinate", "<f8", ("n_speed_grid",), _COORDINATE + "speed"),
+        ("normals", "<f4", (257, 4), "cubics through the normal quantile function"),
+        ("alias", "<u4", (*_NODES, "n_components"), _ALIAS),
+        ("first_of_class", "<u2", (*_NODES, "n_classes"),
+            "first mixture component of each class of rebounds"),
+        ("components", "<i2", (*_NODES, "n_components", "stride"), _RECORDS, 8),
+        ("spans", "<f8", (*_CELLS, 2), "least quantile of the cell, and size of a step"),
+        ("quantiles", "<u2", (*_CELLS, "n_knots", 4),
+            "steps of the quantiles at the four nodes of a cell"),
+    ),
+    *_of("n_shapes",
+        ("shape_codes", "<i4", ("n_shapes",), "shapes, from 6 on meshes"),
+        ("shape_shares", "<f8", ("n_shapes",), "running sum of their shares"),
+        ("shape_ratios", "<f8", ("n_shapes", 2),
+            "b/a and c/b of all their grains; 0: they are drawn"),
+    ),
+    *_of("n_leaves",
+        ("shape_inertia", "<f8", ("n_shapes", 2),
+            "g1, g3 of the largest and smallest moments of inertia"),
+        ("roots", "<i4", ("n_shapes",), "first node of their trees"),
+        ("node_axis", "<i1", ("n_nodes",), "quantity that a node compares"),
+        ("node_cut", "<f8", ("n_nodes",), "values from here on go to the second child"),
+        ("node_child", "<i4", ("n_nodes", 2), "a later node, or -1 - the number of a leaf"),
+        ("inputs", "<f4", ("n_leaves", 2 * N_INPUTS), "centres of the inputs, then scales"),
+        ("spin_spans", "<f4", ("n_leaves", "n_outcomes", 2),
+            "least quantile, and size of a step"),
+        ("spin_quantiles", "<u2", ("n_leaves", "n_outcomes", "n_spin_knots"),
+            "steps of the quantiles"),
+        ("group_gates", "<i2", ("n_leaves", N_FEATURES, N_GROUPS), "gates of the groups, 1/512"),
+        ("gates", "<i2", ("n_leaves", N_GROUPS, N_FEATURES, GROUP_SIZE),
+            "gates of the experts, 1/512"),
+        ("experts", "<i2", ("n_leaves", N_EXPERTS, "expert_stride"), _EXPERTS, 8),
+    ),
+    *_of("n_laws",
+        ("laws", "<f8", ("n_laws",), "laws of contact of spheres, as sphere/laws"),
+    ),
 )  # fmt: skip
-
-_LEAVES = "n_leaves"
-
-#: Of the spin law; a table without it has none of them. Those of the law's shapes are of the
-#: shapes with a positive weight.
-SPIN_ARRAYS = (
-    StoredArray("shape_codes", "<i4", ("n_shapes",), "shapes, from 6 on meshes"),
-    StoredArray("shape_shares", "<f8", ("n_shapes",), "running sum of their shares"),
-    StoredArray("shape_ratios", "<f8", ("n_shapes", 2),
-        "b/a and c/b of all their grains; 0: they are drawn"),
-    StoredArray("roots", "<i4", ("n_shapes",), "first node of their trees"),
-    StoredArray("node_axis", "<i1", ("n_nodes",), "quantity that a node compares"),
-    StoredArray("node_cut", "<f8", ("n_nodes",), "values from here on go to the second child"),
-    StoredArray("node_child", "<i4", ("n_nodes", 2), "a later node, or -1 - the number of a leaf"),
-    StoredArray("inputs", "<f4", (_LEAVES, 2 * N_INPUTS), "centres of the inputs, then scales"),
-    StoredArray("spin_spans", "<f4", (_LEAVES, "n_outcomes", 2),
-        "least quantile, and size of a step"),
-    StoredArray("spin_quantiles", "<u2", (_LEAVES, "n_outcomes", "n_spin_knots"),
-        "steps of the quantiles"),
-    StoredArray("group_gates", "<i2", (_LEAVES, N_FEATURES, N_GROUPS),
-        "gates of the groups, 1/512"),
-    StoredArray("gates", "<i2", (_LEAVES, N_GROUPS, N_FEATURES, GROUP_SIZE),
-        "gates of the experts, 1/512"),
-    StoredArray("experts", "<i2", (_LEAVES, N_EXPERTS, "expert_stride"),
-        "records: coefficients of the means, 1/2048, by feature; factors (columns packed), 1/4096; "
-        "padding; 8 zeros behind the last record", extra=8),
-)  # fmt: skip
-
-#: Of files that say it (version 1.3); without it the offset is 0.
-INERTIA_ARRAYS = (
-    StoredArray("shape_inertia", "<f8", ("n_shapes", 2),
-        "g1, g3 of the largest and smallest moments of inertia; offset 0: none"),
-)  # fmt: skip
-
-#: Of tables of round grains (version 1.4), whose outcomes are less those of spheres.
-LAW_ARRAYS = (StoredArray("laws", "<f8", ("n_laws",), "laws of contact of spheres"),)
-
-#: All arrays, in the order of a file.
-ALL_ARRAYS = (*ARRAYS, *SPIN_ARRAYS, *INERTIA_ARRAYS, *LAW_ARRAYS)
 
 #: Flag of a table whose rebounds do not depend on the speed.
 SPEED_INDEPENDENT = 1
-#: Flag of a table in memory with other particles than it was made for: the law of first impacts is
-#: the spin law of particles that do not spin, with another grain at each hit.
-OTHER_POPULATION = 2
-#: Flag of a table whose spin law gives the works: 8 outcomes, else 6.
-SPIN_WORKS = 4
-#: Flag of a table of spheres: alpha_coordinate has their laws of contact, and there are no nodes.
-SPHERES = 8
+#: Flag of a table of spheres: rebounds follow from laws of contact, and there are no nodes.
+SPHERES = 2
 
 #: What is counted; `sampler.formats.bounds.LENGTHS` bounds the dimensions of arrays.
 COUNTS = {
-    "n_alpha": "nodes of the impact angle",
+    "n_alpha": "nodes of the impact angle; of spheres 0, as all of the nodes and the spin law",
     "n_speed": "nodes of the impact speed",
     "n_alpha_grid": "entries of alpha_coordinate",
     "n_speed_grid": "entries of speed_coordinate",
@@ -156,24 +156,19 @@ COUNTS = {
     "n_classes": "classes of rebounds",
     "n_channels": "channels of a component",
     "n_marginals": "channels with quantile functions",
-    "n_columns": "variables of the state that the table gives",
     "stride": "numbers in the record of a component",
-    "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
-    f"{OTHER_POPULATION}: no law of first impacts, the spin law has to stand for it; "
-    f"{SPIN_WORKS}: the spin law gives works, n_outcomes is 8, expert_stride 224, not 6, 160; "
-    f"{SPHERES}: spheres, whose laws are in alpha_coordinate",
-}
-
-#: The same of the spin law.
-SPIN_COUNTS = {
-    "n_shapes": "shapes of the spin law; 0: no spin law, whose fields are 0",
+    "n_columns": "variables of the state that the table gives",
+    "n_shapes": "shapes of the grains; 0: no spin law, whose fields are 0",
     "n_nodes": "nodes of their trees",
     "n_leaves": "leaves of their trees",
     "n_spin_knots": "knots of a quantile function of the spin law",
+    "n_outcomes": "outcomes of the spin law: 6, or 8 with works; expert_stride is 160 or 224",
+    "n_laws": "numbers of the laws of contact; 0: outcomes are whole",
+    "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
+    f"{SPHERES}: a table of spheres",
 }
 
-#: The header of version 1.0, which later ones begin with.
-_FIRST_HEADER = (
+HEADER = (
     Field("magic", "S8", 1, "89 52 42 54 0D 0A 1A 0A"),
     Field("major", "<u2", 1, f"version, {BINARY_VERSION[0]}"),
     Field("minor", "<u2", 1, f"version, {BINARY_VERSION[1]}"),
@@ -196,31 +191,19 @@ _FIRST_HEADER = (
     Field("speed_last", "<f8", 1, "largest impact speed, m/s"),
     Field("speed_origin", "<f8", 1, "impact speed at the start of speed_coordinate, m/s"),
     Field("speed_scale", "<f8", 1, "entries of speed_coordinate per m/s; 0: one speed only"),
-    Field("variate_max", "<f8", 1, "mixture variate of the last knot; the first is its negative"),
-    *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in ARRAYS),
-)
-
-HEADER = (
-    *_FIRST_HEADER,
     Field("valid_speed", "<f8", 2, "impact speeds between which the pair's law was measured, m/s"),
-    *(Field(name, "<u4", 1, meaning) for name, meaning in SPIN_COUNTS.items()),
+    Field("least_inertia", "<f8", 1, "smallest moment of inertia of any grain over m a^2"),
+    Field("variate_max", "<f8", 1, "mixture variate of the last knot; the first is its negative"),
     Field("spin_alpha", "<f8", 2, "smallest and largest impact angle of the spin law, rad"),
     Field("spin_speed", "<f8", 2, "smallest and largest effective speed V_e, m/s"),
+    Field("spin_size", "<f8", 2, "sizes of the spin a |Omega| / V that the spin law covers"),
     Field("spin_coordinate", "<f8", 2, "k V_e^n of the largest V_e, and n"),
     Field("aspect", "<f8", 8, "laws of b/a and c/b: mean, deviation, probabilities of the ends"),
-    *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in SPIN_ARRAYS),
-    Field("least_inertia", "<f8", 1, "smallest moment of inertia of any grain over m a^2; or 0"),
-    Field("spin_size", "<f8", 2, "sizes of the spin a |Omega| / V that the spin law covers"),
-    *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in INERTIA_ARRAYS),
-    Field("n_laws", "<u8", 1, "numbers of laws; 0: outcomes are whole; version 1.4"),
-    *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in LAW_ARRAYS),
+    *(Field(f"at_{array.name}", "<u8", 1, f"offset of {array.name}") for array in ARRAYS),
 )
 
 #: The header as numpy reads it: packed, and every field naturally aligned.
 HEADER_DTYPE = np.dtype([(f.name, f.dtype, (f.count,) if f.count > 1 else ()) for f in HEADER])
-
-#: Size of the header of version 1.0, the least.
-FIRST_HEADER_BYTES = sum(np.dtype(f.dtype).itemsize * f.count for f in _FIRST_HEADER)
 
 
 def field_offset(name: str) -> int:
@@ -238,7 +221,7 @@ def layout_text() -> str:
         if not field.name.startswith("at_"):
             fields.append((str(field_offset(field.name)), field.name, kind, field.meaning))
     arrays = [("at", "array", "type and shape", "meaning")]
-    for array in ALL_ARRAYS:
+    for array in ARRAYS:
         kind = f"{array.dtype.strip('<')} [{', '.join(map(str, array.dims))}]"
         place = field_offset(f"at_{array.name}")
         arrays.append((str(place), array.name, kind, array.meaning))

@@ -1,8 +1,8 @@
 """Bounds on table values, and numbers that a table, its readers and the draw share.
 
 Within these bounds every draw is finite and physical, and every table fits into a binary table.
-They lie far beyond what a table can mean. The readers of table files take them through
-`sampler.formats.layout`, the reader in C through `sampler.formats.generated_code`.
+They lie far beyond what a table can mean. Values are checked where a table file is read or made, by
+`sampler.formats.layout`; the reader in C checks what a draw takes as an index.
 """
 
 import re
@@ -26,6 +26,8 @@ LENGTHS = {
     "n_nodes": (1, 2**20),
     "n_leaves": (1, 2**20),
     "n_spin_knots": (2, 2**12),
+    "n_outcomes": (6, 8),
+    "n_laws": (8, 2**20),
     "n_joint": (0, 1),
 }
 
@@ -121,18 +123,18 @@ INERTIA = 2.0 / 3.0
 #: Smallest moment of inertia over m a^2 of any grain, and coefficients of the moments of a shape.
 LEAST_INERTIA, INERTIA_COEFFICIENT = (0.0, INERTIA), (1e-9, 1.0)
 
-#: Sizes of the spin a |Omega| / V that a law can cover; and of one that does not say, whose squares
-#: are numbers.
-SPIN_SIZE, ANY_SPIN = (0.0, 1e6), (0.0, 1e150)
-
-#: Least p_v at the second knot, in a binary table: a draw of v is not rounded to 0.
-LEAST_V = 1e-15
+#: Sizes of the spin a |Omega| / V that a law can cover.
+SPIN_SIZE = (0.0, 1e6)
 
 #: Of outcomes less those of spheres: least 1 - c/a, over which they are, and most by which the
 #: logarithm of p_v can differ, so that v stays positive.
 LEAST_FLATNESS, MOST_POWER = 0.002, 20.0
 #: Least 1 - |(u, v, w)|^2 / f^2 of which p is made: a sphere that keeps all its energy has none.
 LEAST_REST = 1e-6
+
+#: Largest of the least rebound velocities over V in laws of contact: the sine of the impact angle
+#: from which on it is whole.
+GRAZING = 0.0087
 
 #: Squared spin a Omega / V_e below which the root of a tree takes a particle not to spin.
 NO_SPIN = 1e-12

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.formats.bounds import (
+    GRAZING,
     LEAST_STEP,
     MOST_NUMBER,
     NUMBER_ROUNDING,
@@ -247,3 +248,44 @@ def _spin_leaves_the_wall(values: Array, datasets: Mapping[str, Array]) -> str |
 spin_leaves_the_wall = Check(
     "of p_v not negative, and positive from the second on", _spin_leaves_the_wall
 )
+
+
+# -- laws of contact
+
+#: Numbers before those of a polynomial or of tables.
+_LAW_NUMBERS = 8
+_TABULATED, _TABULATED_RESISTANCE = 4, 2
+
+
+def _is_table(numbers: Array, most_speeds: float) -> bool:
+    """Whether numbers are a table over increasing angles and at most so many speeds."""
+    n, m = numbers[:2] if len(numbers) > 1 else (0.0, 0.0)
+    if not (n >= 1.0 and 1.0 <= m <= most_speeds and len(numbers) == 2.0 + n + m + n * m):
+        return False
+    if n % 1.0 > 0.0 or m % 1.0 > 0.0:
+        return False
+    angles, speeds = numbers[2 : 2 + int(n)], numbers[2 + int(n) : 2 + int(n + m)]
+    return bool((np.diff(angles) > 0.0).all() and (np.diff(speeds) > 0.0).all())
+
+
+def _contact_laws(values: Array, _: Mapping[str, Array]) -> str | None:
+    """Refuse numbers that do not make up laws of contact."""
+    least, restitution, resistance = values[[0, 1, 4]]
+    if not 0.0 < least <= GRAZING:
+        return f"got {least:.9g} at [0], allowed: above 0, at most {GRAZING:g}"
+    for at, law, laws in ((1, restitution, 5), (4, resistance, 4)):
+        if law not in range(laws):
+            return f"got {law:.9g} at [{at}], allowed: 0 to {laws - 1}"
+    length, left = values[7], len(values) - _LAW_NUMBERS
+    if not (0.0 <= length <= left and length % 1.0 == 0.0):
+        return f"got {length:.9g} at [7], allowed: 0 to {left}, of {len(values)} numbers"
+    first, second = np.split(values[_LAW_NUMBERS:], [int(length)])
+    needed = resistance == _TABULATED_RESISTANCE or second.size > 0
+    if (restitution == _TABULATED and not _is_table(first, np.inf)) or (
+        needed and not _is_table(second, 1.0)
+    ):
+        return "got numbers that are no table, allowed: numbers of angles and speeds, these, values"
+    return None
+
+
+contact_laws = Check("laws and tables as told", _contact_laws)

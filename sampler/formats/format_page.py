@@ -16,9 +16,8 @@ from sampler.formats.bounds import QUANTILES
 from sampler.formats.layout import (
     ATTRIBUTES,
     DATASETS,
-    INERTIA_DATASETS,
+    FILE_ATTRIBUTES,
     LAW_DATASETS,
-    OPTIONAL_ATTRIBUTES,
     SPHERE_DATASETS,
     SPIN_DATASETS,
     Dataset,
@@ -49,7 +48,7 @@ def datasets_text() -> str:
 
 def spin_text() -> str:
     """Datasets of the spin law and of spheres as a Markdown table."""
-    return _list_of(SPIN_DATASETS + INERTIA_DATASETS + LAW_DATASETS + SPHERE_DATASETS)
+    return _list_of(SPIN_DATASETS + LAW_DATASETS + SPHERE_DATASETS)
 
 
 def quantiles_text() -> str:
@@ -60,8 +59,8 @@ def quantiles_text() -> str:
 def attributes_text() -> str:
     """Root attributes of a table file as a Markdown table."""
     head = ["| attribute | type | meaning |", "|---|---|---|"]
-    both = {**ATTRIBUTES, **OPTIONAL_ATTRIBUTES}
-    rows = [f"| `{name}` | {kind.__name__} | {what} |" for name, (kind, what) in both.items()]
+    both = FILE_ATTRIBUTES | ATTRIBUTES
+    rows = [f"| `{name}` | {a.kind.__name__} | {a.meaning} |" for name, a in both.items()]
     return "\n".join(head + rows) + "\n"
 
 

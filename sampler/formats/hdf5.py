@@ -11,8 +11,9 @@ text ``name value\n`` (value as JSON).
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -22,36 +23,25 @@ import numpy as np
 from sampler.errors import InputError, TableError, shortened
 from sampler.files import check_input, write_bytes
 from sampler.formats import checks
-from sampler.formats.bounds import (
-    LEAST_INERTIA,
-    LINE_CHARACTERS,
-    N_OUTCOMES,
-    N_OUTCOMES_WITH_WORKS,
-    PAIR_BYTES,
-    QUANTILES,
-    SPEED,
-    is_line,
-    is_text,
-)
-from sampler.formats.channels import CHANNELS, STATE, VARIABLES, channels_for, has_works
+from sampler.formats.bounds import N_OUTCOMES, N_OUTCOMES_WITH_WORKS, QUANTILES
+from sampler.formats.channels import CHANNELS, VARIABLES, channels_for, has_works
 from sampler.formats.checks import Array, Check
 from sampler.formats.layout import (
     ATTRIBUTES,
-    FIFTH_VERSION,
-    FIRST_VERSION,
     FORMAT,
     FORMAT_VERSION,
-    FOURTH_VERSION,
     GROUP,
     LAW_DATASETS,
-    OPTIONAL_ATTRIBUTES,
-    SECOND_VERSION,
+    OPTIONAL_ATTRIBUTE,
     SPHERE_DATASETS,
-    THIRD_VERSION,
+    SPIN_DATASETS,
     Dataset,
     layout_of,
 )
 from sampler.formats.table_shapes import check_shapes
+
+#: Bytes of a chunk of a compressed dataset, if a row has not more.
+_CHUNK = 2**19
 
 
 def _shown(value: Any) -> str:
@@ -59,49 +49,16 @@ def _shown(value: Any) -> str:
     return repr(shortened(value)) if isinstance(value, str) else shortened(repr(value))
 
 
-def _is_pair(value: str) -> bool:
-    return is_line(value) and len(value.encode()) <= PAIR_BYTES
-
-
-def _is_short_line(value: str) -> bool:
-    return is_line(value) and len(value) <= LINE_CHARACTERS
-
-
-def _is_seed(value: int) -> bool:
-    return 0 <= value < 2**64
-
-
-#: Which values of an attribute are allowed, besides those of its type.
-_RULES: dict[str, Callable[[Any], bool]] = {
-    "pair": _is_pair,
-    "config": is_text,
-    "software_version": _is_short_line,
-    "seed": _is_seed,
-}
-
-
-def _check_attributes(given: dict[str, Any], processors: Sequence[str]) -> None:
-    """Refuse attributes of another type, out of range, or with what controls a terminal.
-
-    Parameters
-    ----------
-    given : dict
-        ``pair``, ``config``, ``software_version`` and ``seed``.
-    processors : sequence of str
-
-    Raises
-    ------
-    TableError
-    """
-    for name, holds in _RULES.items():
-        kind, meaning = ATTRIBUTES[name]
+def _check_attributes(given: Mapping[str, Any]) -> None:
+    """Refuse attributes that are missing, of another type, or not allowed."""
+    for name, (kind, meaning, holds) in ATTRIBUTES.items():
+        if name not in given:
+            if name == OPTIONAL_ATTRIBUTE:
+                continue
+            raise TableError(f"{name}: is missing, allowed: {meaning}")
         # Not isinstance: True is an int, and would be written as another type.
         if type(given[name]) is not kind or not holds(given[name]):
             raise TableError(f"{name}: got {_shown(given[name])}, allowed: {meaning}")
-    for processor in processors:
-        if not processor or not _is_short_line(processor):
-            meaning = OPTIONAL_ATTRIBUTES["processors"][1]
-            raise TableError(f"processors: got {_shown(processor)}, allowed: {meaning}")
 
 
 def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
@@ -125,35 +82,6 @@ def _check_units(path: str, given: Any, known: str) -> None:
     """
     if given is not None and not (isinstance(given, str) and given == known):
         raise TableError(f"{path}: units: got {_shown(given)}, allowed: {known!r}")
-
-
-def _speeds_of(text: str | None) -> tuple[float, float] | None:
-    """Two speeds, in m/s, of the attribute ``valid_speed``; None of none."""
-    if text is None:
-        return None
-    meaning = OPTIONAL_ATTRIBUTES["valid_speed"][1]
-    try:
-        low, high = (float(word) for word in text.split())
-    except ValueError:
-        raise TableError(f"valid_speed: got {_shown(text)}, allowed: {meaning}") from None
-    return low, high
-
-
-def _check_valid_speed(speeds: tuple[float, float] | None) -> None:
-    """Refuse speeds that are no range."""
-    if speeds is not None and not 0.0 <= speeds[0] <= speeds[1] <= SPEED[1]:
-        meaning = OPTIONAL_ATTRIBUTES["valid_speed"][1]
-        raise TableError(f"valid_speed: got {_shown(speeds)}, allowed: {meaning}")
-
-
-def _check_rotation(omega: str, least: float, later: bool) -> None:
-    """Refuse what no angular velocity or moment of inertia is."""
-    allowed = "'mean'" if later else "'mean', 'departure'"
-    if not isinstance(omega, str) or omega not in (("mean",) if later else ("mean", "departure")):
-        raise TableError(f"omega: got {_shown(omega)}, allowed: {allowed}")
-    if type(least) is not float or not LEAST_INERTIA[0] <= least <= LEAST_INERTIA[1]:
-        meaning = OPTIONAL_ATTRIBUTES["least_inertia"][1]
-        raise TableError(f"least_inertia: got {_shown(least)}, allowed: {meaning}")
 
 
 def _coerced(dataset: Dataset, values: Any) -> Array:
@@ -196,7 +124,7 @@ def _check_ranges(quantiles: Array, marginals: tuple[str, ...]) -> None:
             )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class TableContents:
     """Everything in a table file, checked when it is made.
 
@@ -206,7 +134,7 @@ class TableContents:
         Those of `layout_of`; floating-point arrays are rounded to the file's type.
     pair, config, software_version : str
     seed : int
-    variables, channels, processors : tuple of str
+    variables, channels : tuple of str
         See `ATTRIBUTES`; the file calls the variables of a state its components.
     speed_independent : bool
         Whether rebounds do not depend on the speed.
@@ -215,7 +143,7 @@ class TableContents:
     omega : {"departure", "mean"}
         What the angular velocity of a state is: at departure, or the mean over free tumbling.
     least_inertia : float
-        Smallest moment of inertia over m a^2 of any grain; 0: not known.
+        Smallest moment of inertia over m a^2 of any grain.
 
     Raises
     ------
@@ -228,36 +156,26 @@ class TableContents:
     config: str
     seed: int
     software_version: str
-    variables: tuple[str, ...] = STATE
-    channels: tuple[str, ...] = CHANNELS[:6]
-    speed_independent: bool = False
-    processors: tuple[str, ...] = ()
+    variables: tuple[str, ...]
+    channels: tuple[str, ...]
+    speed_independent: bool
+    omega: str
+    least_inertia: float
     valid_speed: tuple[float, float] | None = None
-    omega: str = "departure"
-    least_inertia: float = 0.0
 
     def __post_init__(self) -> None:
-        names = ("pair", "config", "software_version", "seed")
-        _check_attributes({name: getattr(self, name) for name in names}, self.processors)
-        _check_valid_speed(self.valid_speed)
-        _check_rotation(self.omega, self.least_inertia, "spin/shape_inertia" in self.datasets)
+        _check_attributes(self.attributes)
         layout = layout_of(self.datasets)
         known = [dataset.path for dataset in layout]
         for path in self.datasets:
             if path not in known:
                 raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
+        if SPIN_DATASETS[-1] in layout and self.omega != "mean":
+            raise TableError(f"omega: got {self.omega!r}, allowed: 'mean', with a spin law")
         _check_names(self.variables, self.channels)
         shapes = {path: np.shape(values) for path, values in self.datasets.items()}
         lengths = check_shapes(shapes)
-        outcomes = N_OUTCOMES_WITH_WORKS if has_works(self.variables) else N_OUTCOMES
-        named = {
-            "n_columns": (len(self.variables), "one for each name"),
-            "n_channels": (len(self.channels), "one for each name"),
-            "n_marginals": (len(self.marginals), "one for each name"),
-            "n_outcomes": (outcomes, "8 with works, else 6"),
-            "n_spin_factors": (outcomes * (outcomes + 1) // 2, "lower triangles"),
-        }
-        for dim, (needed, why) in named.items():
+        for dim, (needed, why) in self._lengths().items():
             if lengths.get(dim, needed) != needed:
                 raise TableError(f"{dim}: got {lengths[dim]}, allowed: {needed}, {why}")
         arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in layout}
@@ -265,6 +183,18 @@ class TableContents:
         if not self.of_spheres:
             _check_ranges(arrays["marginals/quantiles"], self.marginals)
         object.__setattr__(self, "datasets", arrays)
+
+    def _lengths(self) -> dict[str, tuple[int, str]]:
+        """Lengths that follow from the names, and why."""
+        outcomes = N_OUTCOMES_WITH_WORKS if has_works(self.variables) else N_OUTCOMES
+        found = {
+            "n_columns": (len(self.variables), "one for each name"),
+            "n_channels": (len(self.channels), "one for each name"),
+            "n_marginals": (len(self.marginals), "one for each name"),
+            "n_outcomes": (outcomes, "8 with works, else 6"),
+            "n_spin_factors": (outcomes * (outcomes + 1) // 2, "lower triangles"),
+        }
+        return found | ({"n_shapes": (1, "the sphere")} if self.of_spheres else {})
 
     def __getitem__(self, path: str) -> Array:
         return self.datasets[path]
@@ -291,45 +221,24 @@ class TableContents:
         return tuple(name for name in self.channels if name in needed)
 
     @property
-    def _version(self) -> tuple[int, int]:
-        """Least minor version of the format that has all that is held."""
-        works = has_works(self.variables)
-        lost = not works and "normal_hat" in self.channels
-        if self.less_spheres:
-            return FORMAT_VERSION
-        if self.of_spheres or lost or (works and self.has_spin):
-            return FIFTH_VERSION
-        if self.omega == "mean" or self.least_inertia > 0.0:
-            return FOURTH_VERSION
-        if works:
-            return THIRD_VERSION
-        later = self.has_spin or self.valid_speed is not None
-        return SECOND_VERSION if later else FIRST_VERSION
-
-    @property
     def attributes(self) -> dict[str, Any]:
         """Root attributes of the file but the checksum."""
-        optional: dict[str, Any] = {"speed_independent": 1} if self.speed_independent else {}
-        if self.processors:
-            optional["processors"] = "\n".join(self.processors)
-        if self.valid_speed is not None:
-            optional["valid_speed"] = "{:.17g} {:.17g}".format(*self.valid_speed)
-        if self.omega != "departure":
-            optional["omega"] = self.omega
-        if self.least_inertia > 0.0:
-            optional["least_inertia"] = self.least_inertia
-        return optional | {
+        valid = self.valid_speed
+        return {
             "format": FORMAT,
-            "format_version": list(self._version),
+            "format_version": list(FORMAT_VERSION),
             "pair": self.pair,
             "config": self.config,
             "seed": self.seed,
             "software_version": self.software_version,
             "components": " ".join(self.variables),
             "channels": " ".join(self.channels),
-        }
+            "speed_independent": int(self.speed_independent),
+            "omega": self.omega,
+            "least_inertia": self.least_inertia,
+        } | ({} if valid is None else {"valid_speed": list(valid)})
 
-    @property
+    @cached_property
     def content_sha256(self) -> str:
         """Checksum of the contents, hexadecimal."""
         return content_sha256(self.datasets, self.attributes)
@@ -376,8 +285,9 @@ def _file_image(contents: TableContents) -> bytes:
 def _write_dataset(file: h5py.File, dataset: Dataset, values: Array) -> None:
     storage: dict[str, Any] = {"track_times": False}
     if dataset.compressed:
-        # One chunk for each angle: few enough to open fast, small enough to stay in the cache.
-        storage |= {"chunks": (1, *values.shape[1:]), "shuffle": True}
+        # Few chunks, which open fast, small enough for the cache.
+        rows = max(1, min(len(values), _CHUNK // values[0].nbytes))
+        storage |= {"chunks": (rows, *values.shape[1:]), "shuffle": True}
         storage |= {"compression": "gzip", "compression_opts": 9}
     written = file.create_dataset(dataset.path, data=values, **storage)
     written.attrs["units"] = dataset.units
@@ -412,7 +322,7 @@ def read_table(path: str | Path) -> TableContents:
     Raises
     ------
     TableError
-        If the file cannot be read, is no table, is newer than this reader, was changed since it
+        If the file cannot be read, is no table, is of another major version, was changed since it
         was written, or holds anything that the layout forbids. The message names the file, what
         is wrong with it and what is allowed.
     """
@@ -436,11 +346,12 @@ def read_table(path: str | Path) -> TableContents:
 
 def _contents_of(attributes: Mapping[str, Any], datasets: Mapping[str, Array]) -> TableContents:
     """Check what was read from a file."""
-    if content_sha256(datasets, attributes) != attributes["content_sha256"]:
+    digest = content_sha256(datasets, attributes)
+    if attributes.get("content_sha256") != digest:
         raise TableError("content_sha256: the contents do not have this checksum")
     known = {dataset.path for dataset in layout_of(datasets)}
-    processors = attributes.get("processors")
-    return TableContents(
+    valid = attributes.get("valid_speed")
+    contents = TableContents(
         datasets={name: values for name, values in datasets.items() if name in known},
         pair=attributes["pair"],
         config=attributes["config"],
@@ -448,12 +359,15 @@ def _contents_of(attributes: Mapping[str, Any], datasets: Mapping[str, Array]) -
         software_version=attributes["software_version"],
         variables=tuple(attributes["components"].split()),
         channels=tuple(attributes["channels"].split()),
-        speed_independent="speed_independent" in attributes,
-        processors=() if processors is None else tuple(processors.split("\n")),
-        valid_speed=_speeds_of(attributes.get("valid_speed")),
-        omega=attributes.get("omega", "departure"),
-        least_inertia=attributes.get("least_inertia", 0.0),
+        speed_independent=bool(attributes["speed_independent"]),
+        omega=attributes["omega"],
+        least_inertia=attributes["least_inertia"],
+        valid_speed=None if valid is None else (valid[0], valid[1]),
     )
+    whole = contents.attributes | {"content_sha256": digest} == attributes
+    if whole and len(known) == len(datasets):
+        contents.__dict__["content_sha256"] = digest  # not computed again
+    return contents
 
 
 def _read_attributes(file: h5py.File) -> dict[str, Any]:
@@ -466,17 +380,10 @@ def _read_attributes(file: h5py.File) -> dict[str, Any]:
         raise TableError(f"format_version: got {_shown(version)}, allowed: two integers")
     if version[0] != FORMAT_VERSION[0]:
         raise TableError(
-            f"format_version: got {version[0]}.{version[1]}, "
-            f"allowed: {FORMAT_VERSION[0]}.x (a newer file needs a newer rebound-tables)"
+            f"format_version: got {version[0]}.{version[1]}, allowed: {FORMAT_VERSION[0]}.x; "
+            "make the table again: tablegen generate"
         )
-    for name, (kind, meaning) in {**ATTRIBUTES, **OPTIONAL_ATTRIBUTES}.items():
-        if name not in values:
-            if name in OPTIONAL_ATTRIBUTES:
-                continue
-            raise TableError(f"{name}: is missing, allowed: {meaning}")
-        wrong = name == "speed_independent" and values[name] != 1
-        if wrong or type(values[name]) is not kind:
-            raise TableError(f"{name}: got {_shown(values[name])}, allowed: {meaning}")
+    _check_attributes(values)
     return values
 
 

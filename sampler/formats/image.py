@@ -16,30 +16,26 @@ from sampler.errors import InputError
 from sampler.files import write_bytes
 from sampler.formats.binary_layout import (
     ALIGNMENT,
-    ALL_ARRAYS,
+    ARRAYS,
     BINARY_VERSION,
     HEADER_DTYPE,
     MAGIC,
     MOST_BYTES,
-    OTHER_POPULATION,
     SPEED_INDEPENDENT,
     SPHERES,
-    SPIN_WORKS,
     field_offset,
 )
 from sampler.formats.bounds import (
     ANY_SPEED,
-    ANY_SPIN,
     LANES,
     MOST_SPEED_SCALE,
     N_FEATURES,
-    N_OUTCOMES_WITH_WORKS,
     expert_stride,
     record_stride,
 )
 from sampler.formats.channels import CHANNELS, MOST_NAMES, VARIABLES
-from sampler.formats.grain_law import GrainLaw, grain_law
 from sampler.formats.hdf5 import TableContents
+from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 
 #: An image in memory: bytes that begin on a cache line.
 Image = NDArray[np.uint8]
@@ -82,42 +78,26 @@ def aligned(size: int) -> Image:
     return buffer[start : start + size]
 
 
-def table_image(contents: TableContents, grains: GrainLaw | None = None) -> Image:
+def table_image(contents: TableContents) -> Image:
     """Arrange the contents of a table file as the draw reads them.
 
     Parameters
     ----------
     contents : TableContents
-    grains : GrainLaw, optional
-        Grains of another population, for which the law of first impacts then does not stand; by
-        default those of the file.
 
     Returns
     -------
     uint8 array
-        The bytes of a binary table.
+        The bytes of a binary table, but for their checksum, of zeros; `write_binary_table` has it.
 
     Raises
     ------
     InputError
         If the table does not fit into the format, 2 GiB.
     """
-    header = _header(contents)
-    stored = _arrays(contents)
-    if contents.has_spin:
-        law = grains if grains is not None else grains_of_file(contents)
-        stored |= _grain_arrays(law)
-        header["n_shapes"] = law.shape_codes.size
-    if contents.has_spin and not contents.of_spheres:
-        stored |= _spin_arrays(contents, law)
-        if contents.less_spheres:
-            stored["laws"] = contents["spin/laws"]
-            header["n_laws"] = stored["laws"].size
-        _fill_spin_fields(header, contents, law)
-    if grains is not None:
-        _set_flags(header, OTHER_POPULATION)
+    header, stored = _header(contents), _arrays(contents)
     end = HEADER_DTYPE.itemsize
-    for array in ALL_ARRAYS:
+    for array in ARRAYS:
         if array.name in stored:
             header[f"at_{array.name}"] = start = -(-end // ALIGNMENT) * ALIGNMENT
             end = start + stored[array.name].nbytes
@@ -129,7 +109,6 @@ def table_image(contents: TableContents, grains: GrainLaw | None = None) -> Imag
     for name, values in stored.items():
         start = int(header[f"at_{name}"])
         image[start : start + values.nbytes] = values.reshape(-1).view(np.uint8)
-    image[_CHECKSUM] = np.frombuffer(checksum(image), np.uint8)
     return image
 
 
@@ -153,83 +132,93 @@ def write_binary_table(path: str | Path, contents: TableContents) -> None:
     InputError
         If the table does not fit into the format, or the path cannot be written.
     """
-    write_bytes(path, table_image(contents).tobytes())
+    image = table_image(contents)
+    image[_CHECKSUM] = np.frombuffer(checksum(image), np.uint8)
+    write_bytes(path, image.tobytes())
 
 
 def _header(contents: TableContents) -> Any:
-    """Fill the header but for offsets, size, checksum and the spin law."""
+    """Fill the header but for offsets, size and checksum."""
     header = np.zeros((), HEADER_DTYPE)
     header["magic"], header["pair"] = MAGIC, contents.pair.encode()
     header["major"], header["minor"] = BINARY_VERSION
-    header["least_inertia"] = contents.least_inertia
     header["header_bytes"] = HEADER_DTYPE.itemsize
-    if not contents.less_spheres:  # a table of version 1.3, to the byte
-        header["minor"], header["header_bytes"] = 3, field_offset("n_laws")
     header["content_sha256"] = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
+    header["valid_speed"] = contents.valid_speed or (0.0, ANY_SPEED[1])
+    header["least_inertia"] = contents.least_inertia
+    spheres, channels, held = contents.of_spheres, contents.channels, contents.marginals
+    header["flags"] = SPEED_INDEPENDENT * contents.speed_independent + SPHERES * spheres
     header["n_columns"] = len(contents.variables)
     header["columns"] = _padded([VARIABLES.index(name) for name in contents.variables])
-    header["valid_speed"] = contents.valid_speed or (0.0, ANY_SPEED[1])
-    header["flags"] = SPEED_INDEPENDENT if contents.speed_independent else 0
-    for name, nodes in _nodes(contents).items():
-        header[f"{name}_first"], header[f"{name}_last"] = nodes[0], nodes[-1]
-    if contents.of_spheres:
-        _set_flags(header, SPHERES)
-        header["n_alpha_grid"] = contents["sphere/laws"].size
-        return header
-    channels, held = contents.channels, contents.marginals
-    lengths = {
-        "n_knots": contents["marginals/variate_knots"].size,
-        "n_components": contents["dependence/alias_index"].shape[-1],
-        "n_classes": contents["dependence/first_of_class"].shape[-1],
-        "n_marginals": len(held),
-        "n_channels": len(channels),
-        "stride": record_stride(len(channels)),
-    }
-    for name, length in lengths.items():
-        header[name] = length
-    header["variate_max"] = contents["marginals/variate_knots"][-1]
-    header["channels"] = _padded([CHANNELS.index(name) for name in channels])
-    header["marginals"] = _padded([held.index(n) if n in held else -1 for n in channels])
-    _fill_axis(header, "alpha", np.deg2rad(contents["axes/alpha_span_deg"]), contents)
-    _fill_axis(header, "speed", contents["axes/speed_span"], contents)
+    header["channels"] = _padded([] if spheres else [CHANNELS.index(name) for name in channels])
+    numbers = [held.index(name) if name in held else -1 for name in channels]
+    header["marginals"] = _padded([] if spheres else numbers)
+    fields = {"n_laws": laws.size} if (laws := _laws(contents)) is not None else {}
+    for axis in ("alpha", "speed"):
+        fields |= axis_fields(contents, axis)
+    fields |= _spin_fields(contents) if contents.has_spin else {}
+    fields |= {} if spheres else _node_fields(contents)
+    for name, value in fields.items():
+        header[name] = value
     return header
-
-
-def _nodes(contents: TableContents) -> dict[str, NDArray[np.float64]]:
-    """Give the nodes of both axes, rad and m/s."""
-    return {"alpha": np.deg2rad(contents["axes/alpha_deg"]), "speed": contents["axes/speed"]}
-
-
-def _set_flags(header: Any, flags: int) -> None:
-    """Set flags beside those already set."""
-    header["flags"] |= np.uint32(flags)  # numpy 1 takes a plain int for int64, and refuses it
 
 
 def _padded(numbers: list[int]) -> list[int]:
     return [*numbers, *[-1] * (MOST_NAMES - len(numbers))]
 
 
-def _fill_axis(
-    header: Any,
-    name: str,
-    span: NDArray[np.float64],
-    contents: TableContents,
-) -> None:
-    """Write the fields of one axis of the node grid."""
-    coordinate, nodes = contents[f"axes/{name}_coordinate"], _nodes(contents)[name]
-    origin, end = float(span[0]), float(span[1])
+def _laws(contents: TableContents) -> NDArray[np.float64] | None:
+    """Give the laws of contact, if there are any."""
+    return contents.datasets.get("sphere/laws", contents.datasets.get("spin/laws"))
+
+
+def _node_fields(contents: TableContents) -> dict[str, Any]:
+    """Make the fields of the nodes but those of their axes."""
+    return {
+        "n_knots": contents["marginals/variate_knots"].size,
+        "n_components": contents["dependence/alias_index"].shape[-1],
+        "n_classes": contents["dependence/first_of_class"].shape[-1],
+        "n_marginals": len(contents.marginals),
+        "n_channels": len(contents.channels),
+        "stride": record_stride(len(contents.channels)),
+        "variate_max": contents["marginals/variate_knots"][-1],
+    }
+
+
+def axis_fields(contents: TableContents, name: str) -> dict[str, Any]:
+    """Make the fields of an axis, "alpha" or "speed", in rad or m/s; of spheres only its ends."""
+    nodes, span = contents["axes/alpha_deg" if name == "alpha" else "axes/speed"], "speed_span"
+    if name == "alpha":
+        nodes, span = np.deg2rad(nodes), "alpha_span_deg"
+    fields = {f"{name}_first": nodes[0], f"{name}_last": nodes[-1]}
+    if contents.of_spheres:
+        return fields
+    ends, coordinate = contents[f"axes/{span}"], contents[f"axes/{name}_coordinate"]
+    origin, end = map(float, np.deg2rad(ends) if name == "alpha" else ends)
     grid = np.linspace(origin, end, coordinate.size)
-    header[f"n_{name}"], header[f"n_{name}_grid"] = nodes.size, coordinate.size
-    header[f"{name}_origin"] = origin
-    header[f"{name}_scale"] = (coordinate.size - 1) / (end - origin) if end > origin else 0.0
-    # the nodes of a pruned table keep the numbers that they had in the full one
-    header[f"{name}_offset"] = round(float(np.interp(nodes[0], grid, coordinate)))
+    return fields | {
+        f"n_{name}": nodes.size,
+        f"n_{name}_grid": coordinate.size,
+        f"{name}_origin": origin,
+        f"{name}_scale": (coordinate.size - 1) / (end - origin) if end > origin else 0.0,
+        # the nodes of a pruned table keep the numbers that they had in the full one
+        f"{name}_offset": round(float(np.interp(nodes[0], grid, coordinate))),
+    }
 
 
 def _arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
+    """Arrange all arrays that the table has."""
+    stored = {} if contents.of_spheres else _node_arrays(contents)
+    if contents.has_spin:
+        stored |= _grain_arrays(contents)
+        stored |= {} if contents.of_spheres else _spin_arrays(contents)
+    if (laws := _laws(contents)) is not None:
+        stored["laws"] = laws
+    return stored
+
+
+def _node_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
     """Arrange the arrays of the law of particles that arrive without spin."""
-    if contents.of_spheres:
-        return {"alpha_coordinate": contents["sphere/laws"]}
     spans, steps = pack_quantiles(contents["marginals/quantiles"])
     probability = contents["dependence/alias_probability"].astype(np.uint32)
     alias = (probability << np.uint32(16)) | contents["dependence/alias_index"]
@@ -320,44 +309,49 @@ def _in_steps(
     return np.stack([least, step], axis=-1), steps
 
 
-def grains_of_file(contents: TableContents) -> GrainLaw:
-    """Give the grains of the population that a spin law was made for."""
-    names = ("shape_codes", "shape_weights", "aspect", "ratio_range")
-    return grain_law(*(contents[f"spin/{name}"] for name in names))
+def _grain_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
+    """Arrange the grains of the population: shapes of positive weight, and their fixed ratios."""
+    held = contents["spin/shape_weights"] > 0.0
+    codes, shares = contents["spin/shape_codes"][held], contents["spin/shape_weights"][held]
+    own = (codes == SHAPE_CODES["sphere"]) | (codes >= FIRST_MESH)
+    return {
+        "shape_codes": codes,
+        "shape_shares": np.cumsum(shares) / np.cumsum(shares)[-1],  # the last is exactly 1
+        "shape_ratios": np.where(own[:, None], contents["spin/ratio_range"][held, :, 0], 0.0),
+    }
 
 
-def _fill_spin_fields(header: Any, contents: TableContents, grains: GrainLaw) -> None:
-    """Write the fields of a spin law."""
+def _spin_fields(contents: TableContents) -> dict[str, Any]:
+    """Make the fields of the grains and of the spin law."""
+    grains = {
+        "n_shapes": np.count_nonzero(contents["spin/shape_weights"]),
+        "aspect": contents["spin/aspect"].reshape(-1),
+    }
+    if contents.of_spheres:
+        return grains
     coefficient, exponent = contents["spin/speed_coordinate"]
     last = contents["spin/speed_range"][1]
     with np.errstate(over="ignore"):  # where the product is large the coordinate is 0 either way
         scale = min(float(coefficient * last**exponent), MOST_SPEED_SCALE)
-    header["n_nodes"] = contents["spin/node_axis"].size
-    header["n_leaves"] = len(contents["spin/centre"])
-    outcomes, header["n_spin_knots"] = contents["spin/quantiles"].shape[1:]
-    _set_flags(header, SPIN_WORKS * (outcomes == N_OUTCOMES_WITH_WORKS))
-    header["spin_alpha"] = np.deg2rad(contents["spin/alpha_range_deg"])
-    header["spin_speed"] = contents["spin/speed_range"]
-    header["spin_coordinate"] = scale, float(exponent)
-    header["aspect"] = grains.aspect.reshape(-1)
-    header["spin_size"] = contents.datasets.get("spin/spin_range", ANY_SPIN)
-
-
-def _grain_arrays(grains: GrainLaw) -> dict[str, NDArray[Any]]:
-    """Arrange which grains there are."""
-    return {
-        "shape_codes": grains.shape_codes.astype(np.int32),
-        "shape_shares": grains.cumulative_weights,
-        "shape_ratios": grains.fixed_ratios,
+    leaves, outcomes, knots = contents["spin/quantiles"].shape
+    return grains | {
+        "n_nodes": contents["spin/node_axis"].size,
+        "n_leaves": leaves,
+        "n_outcomes": outcomes,
+        "n_spin_knots": knots,
+        "spin_alpha": np.deg2rad(contents["spin/alpha_range_deg"]),
+        "spin_speed": contents["spin/speed_range"],
+        "spin_size": contents["spin/spin_range"],
+        "spin_coordinate": (scale, float(exponent)),
     }
 
 
-def _spin_arrays(contents: TableContents, grains: GrainLaw) -> dict[str, NDArray[Any]]:
+def _spin_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
     """Arrange the arrays of the spin law; those by shape are of the shapes that grains have."""
     spans, quantiles = _pack_spin_quantiles(contents["spin/quantiles"])
-    held = np.searchsorted(contents["spin/shape_codes"], grains.shape_codes)
-    own = [path for path in ("spin/shape_inertia",) if path in contents.datasets]
-    return {path.removeprefix("spin/"): contents[path][held] for path in own} | {
+    held = contents["spin/shape_weights"] > 0.0
+    return {
+        "shape_inertia": contents["spin/shape_inertia"][held],
         "roots": contents["spin/roots"][held],
         "node_axis": contents["spin/node_axis"],
         "node_cut": contents["spin/node_cut"],

@@ -4,8 +4,9 @@ A file is HDF5 with root attributes (`ATTRIBUTES`) and datasets (`DATASETS`), ev
 its units and a long name. A new dataset or rule is added here and nowhere else.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from sampler.formats import checks
 from sampler.formats.bounds import (
@@ -36,21 +37,14 @@ from sampler.formats.bounds import (
     SPIN_SIZE,
     SPIN_SPEED,
     VARIATE_MAX,
+    is_line,
+    is_text,
 )
 from sampler.formats.checks import Check
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.
-FORMAT_VERSION = (1, 5)
-#: What is written where nothing of a later minor version is held: older readers know all of it.
-#: The second has the spin law and the range of speeds, the third the work of the impulses, the
-#: fourth what Omega is and the moments of inertia, the fifth tables of spheres, the works in the
-#: spin law, and tables that lost theirs, the latest outcomes less those of spheres.
-FIRST_VERSION = (1, 0)
-SECOND_VERSION = (1, 1)
-THIRD_VERSION = (1, 2)
-FOURTH_VERSION = (1, 3)
-FIFTH_VERSION = (1, 4)
+FORMAT_VERSION = (2, 0)
 
 
 @dataclass(frozen=True)
@@ -156,6 +150,8 @@ DATASETS = (
 GROUP, ACCURACY = "spin/", "spin_accuracy/"
 
 _EXPERTS = ("n_leaves", N_EXPERTS)
+_KS, _ENERGY = "largest Kolmogorov-Smirnov distance", "error of the mean translational energy"
+_CELL, _HIT = "by cell of conditions", "after each hit of chains"
 
 SPIN_DATASETS = (
     Dataset("spin/shape_codes", "<i4", ("n_shapes",), "1",
@@ -166,6 +162,10 @@ SPIN_DATASETS = (
     Dataset("spin/ratio_range", "<f8", ("n_shapes", 2, 2), "1",
         "smallest and largest b/a, then c/b, that were simulated",
         (checks.within(LEAST_RATIO, 1.0), checks.non_decreasing)),
+    Dataset("spin/shape_inertia", "<f8", ("n_shapes", 2), "1",
+        "coefficients g1, g3: moments of inertia over m a^2 of a grain with beta = b/a, "
+        "gamma = c/b, largest g1 (1 + beta^2), smallest g3 beta^2 (1 + gamma^2)",
+        (checks.within(*INERTIA_COEFFICIENT),)),
     Dataset("spin/aspect", "<f8", (2, 4), "1",
         "normal laws of b/a and c/b in the population: mean, standard deviation, and the standard "
         "normal probabilities of the ends of the range; a deviation of 0: the mean, always",
@@ -179,6 +179,9 @@ SPIN_DATASETS = (
     Dataset("spin/speed_range", "<f8", (2,), "m s-1",
         "smallest and largest effective speed V_e of the law",
         (checks.within(*SPIN_SPEED), checks.non_decreasing)),
+    Dataset("spin/spin_range", "<f8", (2,), "1",
+        "smallest and largest size of the spin, a |Omega| / V, of the law",
+        (checks.within(*SPIN_SIZE), checks.non_decreasing)),
     Dataset("spin/roots", "<i4", ("n_shapes",), "1",
         "node at which the tree of a shape begins", (checks.spin_roots,)),
     Dataset("spin/node_axis", "|i1", ("n_nodes",), "1",
@@ -223,20 +226,6 @@ SPIN_DATASETS = (
         "or none where nothing was measured", _SHARE),
     Dataset("spin_accuracy/joint_auc", "<f8", ("n_joint",), "1",
         "the same for the classifier, which is told the conditions and the grain", _SHARE),
-)  # fmt: skip
-
-_KS, _ENERGY = "largest Kolmogorov-Smirnov distance", "error of the mean translational energy"
-_CELL, _HIT = "by cell of conditions", "after each hit of chains"
-
-#: Of spin laws from version 1.3 on, all or none.
-INERTIA_DATASETS = (
-    Dataset("spin/shape_inertia", "<f8", ("n_shapes", 2), "1",
-        "coefficients g1, g3: moments of inertia over m a^2 of a grain with beta = b/a, "
-        "gamma = c/b, largest g1 (1 + beta^2), smallest g3 beta^2 (1 + gamma^2)",
-        (checks.within(*INERTIA_COEFFICIENT),)),
-    Dataset("spin/spin_range", "<f8", (2,), "1",
-        "smallest and largest size of the spin, a |Omega| / V, of the law",
-        (checks.within(*SPIN_SIZE), checks.non_decreasing)),
     *(
         Dataset(f"spin_accuracy/{name}", "<f8", (dim,), "1", f"{what} {where}")
         for name, dim, what, where in (
@@ -249,25 +238,26 @@ INERTIA_DATASETS = (
     ),
 )  # fmt: skip
 
-
 #: Of a table of spheres, whose laws of contact take the place of nodes.
 SPHERE_DATASETS = (
-    Dataset("sphere/laws", "<f8", ("n_sphere",), "1",
+    Dataset("sphere/laws", "<f8", ("n_laws",), "1",
         "smallest rebound velocity over V; law of restitution, number of exponential, polynomial, "
         "constant, power, tabulated, coefficient, exponent; law of resistance, number of "
         "exponential-orientation, constant, tabulated, coulomb, strength or static coefficient, "
         "factor or dynamic coefficient; length of what comes next: coefficients of the polynomial, "
         "or table of restitution; then, if any, that of C_f or of the tangential restitution. "
-        "A table: numbers of angles and speeds, these (rad, m/s), values by angle"),
+        "A table: numbers of angles and speeds, these (rad, m/s), values by angle",
+        (checks.contact_laws,)),
 )  # fmt: skip
 
-#: Of a spin law whose outcomes are less those of spheres (version 1.5).
+#: Of a spin law whose outcomes are less those of spheres.
 LAW_DATASETS = (
     Dataset("spin/laws", "<f8", ("n_laws",), "1",
-        "laws of contact, as sphere/laws; outcomes are less those of spheres"),
+        "laws of contact, as sphere/laws; outcomes are less those of spheres",
+        (checks.contact_laws,)),
 )  # fmt: skip
 
-#: What it shares with others.
+#: What a table of spheres shares with others.
 _SHARED = (
     "axes/alpha_deg axes/speed spin/shape_codes spin/shape_weights spin/ratio_range spin/aspect"
 )
@@ -281,58 +271,82 @@ def layout_of(paths: Iterable[str]) -> tuple[Dataset, ...]:
         shared = (d for d in every if d.path in _SHARED.split() or d.path.startswith("accuracy/"))
         return (*shared, *SPHERE_DATASETS)
     held = any(path.startswith((GROUP, ACCURACY)) for path in given)
-    later = not given.isdisjoint(dataset.path for dataset in INERTIA_DATASETS)
     laws = LAW_DATASETS[0].path in given
-    return DATASETS + SPIN_DATASETS * held + INERTIA_DATASETS * later + LAW_DATASETS * laws
+    return DATASETS + SPIN_DATASETS * held + LAW_DATASETS * laws
 
 
-#: Root attributes that some files have, and what they hold.
-OPTIONAL_ATTRIBUTES: Mapping[str, tuple[type, str]] = {
-    "speed_independent": (
-        int,
-        "1: rebounds do not depend on the speed, so that none is outside the table; "
-        "left out where they do",
-    ),
-    "valid_speed": (
-        str,
-        "two numbers: speeds in m/s between which the laws of the pair were measured; draws at "
-        "others are extrapolations; missing where nothing is known, and in older files",
-    ),
-    "omega": (
-        str,
-        "what the angular velocity of a state is: mean, over the free tumbling that follows, or "
-        "departure, at that instant; missing in older files: departure; mean where there is "
-        "spin/shape_inertia",
-    ),
-    "least_inertia": (
-        float,
-        "smallest principal moment of inertia over m a^2 of any grain of the population, "
-        f"{LEAST_INERTIA[0]:g} to {LEAST_INERTIA[1]:.3g}; missing, in older files: 0",
-    ),
-    "processors": (
-        str,
-        "kinds of processor that took part in making the table, one a line of at most "
-        f"{LINE_CHARACTERS} characters; missing in older files",
-    ),
+class Attribute(NamedTuple):
+    """A root attribute: its type, what it holds, and whether it may hold a value."""
+
+    kind: type
+    meaning: str
+    holds: Callable[[Any], bool] = lambda _: True
+
+
+def _is_pair(value: str) -> bool:
+    return is_line(value) and len(value.encode()) <= PAIR_BYTES
+
+
+def _are_speeds(value: list[Any]) -> bool:
+    numbers = [type(speed) for speed in value] == [float, float]
+    return numbers and 0.0 <= value[0] <= value[1] <= SPEED[1]
+
+
+#: Root attributes that tell of the file, and those that tell of the table.
+FILE_ATTRIBUTES = {
+    "format": Attribute(str, f'"{FORMAT}"'),
+    "format_version": Attribute(list, "two integers: major, minor"),
+    "content_sha256": Attribute(str, "checksum of everything else, hexadecimal"),
 }
-
-#: Root attributes and what they hold.
-ATTRIBUTES: Mapping[str, tuple[type, str]] = {
-    "format": (str, f'"{FORMAT}"'),
-    "format_version": (list, "two integers: major, minor"),
-    "content_sha256": (str, "checksum of everything else, hexadecimal"),
-    "pair": (str, f"name of the material pair, one line of at most {PAIR_BYTES} bytes"),
-    "config": (
+ATTRIBUTES = {
+    "pair": Attribute(
+        str, f"name of the material pair, one line of at most {PAIR_BYTES} bytes", _is_pair
+    ),
+    "config": Attribute(
         str,
         "TOML text from which the table was generated, without control characters but tabs and "
         "ends of lines",
+        is_text,
     ),
-    "seed": (int, "seed of the simulation behind the table, from 0 to 2**64 - 1"),
-    "software_version": (
+    "seed": Attribute(
+        int,
+        "seed of the simulation behind the table, from 0 to 2**64 - 1",
+        lambda value: 0 <= value < 2**64,
+    ),
+    "software_version": Attribute(
         str,
         "version of rebound-tables that made the file, one line of at most "
         f"{LINE_CHARACTERS} characters",
+        lambda value: is_line(value) and len(value) <= LINE_CHARACTERS,
     ),
-    "components": (str, "components of the state that a draw gives, separated by spaces"),
-    "channels": (str, "channels of the mixture, in the order of its factors, separated by spaces"),
+    "components": Attribute(str, "components of the state that a draw gives, separated by spaces"),
+    "channels": Attribute(
+        str, "channels of the mixture, in the order of its factors, separated by spaces"
+    ),
+    "speed_independent": Attribute(
+        int,
+        "1: rebounds do not depend on the speed, so that none is outside the table; else 0",
+        lambda value: value in (0, 1),
+    ),
+    "omega": Attribute(
+        str,
+        "what the angular velocity of a state is: mean, over the free tumbling that follows, or "
+        "departure, at that instant; with a spin law, mean",
+        lambda value: value in ("mean", "departure"),
+    ),
+    "least_inertia": Attribute(
+        float,
+        "smallest principal moment of inertia over m a^2 of any grain of the population, "
+        f"{LEAST_INERTIA[0]:g} to {LEAST_INERTIA[1]:.3g}",
+        lambda value: LEAST_INERTIA[0] <= value <= LEAST_INERTIA[1],
+    ),
+    "valid_speed": Attribute(
+        list,
+        "two numbers: speeds in m/s between which the laws of the pair were measured; draws at "
+        "others are extrapolations; missing where nothing is known",
+        _are_speeds,
+    ),
 }
+
+#: The attribute that may be missing.
+OPTIONAL_ATTRIBUTE = "valid_speed"

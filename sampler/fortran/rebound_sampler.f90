@@ -6,44 +6,46 @@
 !     #include "rebound_sampler.h"
 !
 ! and link both with the C mathematics library (-lm). What functions do, and what they return, is
-! said in the header; names, order of arguments and codes are the same, and null() is NULL. Angles are
-! in radians, everything else is in SI units. Unsigned integers of C are the integers of equal size
-! here, with the same bits: index -1 is the largest there.
+! said in the header; names, their order and codes are the same. Fields of its records are arguments,
+! and what is NULL or 0 there is left out:
 !
-! Any number of threads may draw from one table at once; rbt_open and rbt_close of one table must not
-! run beside other calls with it.
+!     code = rbt_rebound(table, v, normal, a, omega=spin, index=particle, hit=hit, seed=seed, &
+!         new_velocity=new_v, new_omega=new_spin)
+!
+! Results must be other variables than arguments. For n particles arrays have the shapes (n), (3, n),
+! and (2, n) for works; where these do not agree, the code is RBT_ERR_MISSING, and nothing is written.
+!
+! Angles are in radians, everything else is in SI units. Rows and places count from 1. Unsigned
+! integers of C are the integers of equal size here, with the same bits: index -1 is the largest there.
 module rebound_sampler
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, &
       c_int32_t, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
   implicit none
   private
 
-  public :: rbt_table, rbt_report
+  public :: rbt_table, rbt_range
   public :: rbt_open, rbt_close, rbt_strerror, rbt_is_open
-  public :: rbt_alpha_range, rbt_speed_range, rbt_valid_speed, rbt_components, rbt_pair
-  public :: rbt_has_spin_law, rbt_keep_grains, rbt_grain
+  public :: rbt_covered, rbt_has_spin_law, rbt_components, rbt_pair
+  public :: rbt_sample, rbt_rebound, rbt_grains
+  public :: rbt_wall_tilt, rbt_gas_torque, rbt_spin_after
   public :: rbt_half_size, rbt_mean_half_size, rbt_deposits
-  public :: rbt_draw, rbt_draw_all, rbt_draw_batch
-  public :: rbt_rebound, rbt_rough_rebound, rbt_rebound_batch, rbt_wall_tilt
-  public :: rbt_gas_torque, rbt_spin_after
 
-  ! Codes, and most variables that a state can have; from sampler/formats/binary_layout.py, by
-  ! `python -m sampler.formats.generated_code`.
+  ! Codes, and places of the variables in a state; by `python -m sampler.formats.generated_code`.
   ! begin constants
   integer(c_int), parameter, public :: &
-      RBT_OK = 0, RBT_CLAMPED = 1, RBT_EXTRAPOLATED = 2, RBT_ERR_NOT_FINITE = -1, &
-      RBT_ERR_NOT_APPROACHING = -2, RBT_ERR_SPEED_NOT_POSITIVE = -3, &
-      RBT_ERR_NORMAL_NOT_USABLE = -4, RBT_ERR_HALF_SIZE_NOT_POSITIVE = -5, &
-      RBT_ERR_TILT_NOT_FOUND = -6, RBT_ERR_CASCADE_NOT_ENDED = -7, &
-      RBT_ERR_ROUGHNESS_NOT_USABLE = -8, RBT_ERR_NO_SPIN_LAW = -9, RBT_ERR_NOT_OPENED = -10, &
-      RBT_ERR_NOT_READ = -11, RBT_ERR_NO_MEMORY = -12, RBT_ERR_BIG_ENDIAN = -13, &
-      RBT_ERR_FORMAT = -14, RBT_ERR_VERSION = -15, RBT_ERR_SIZE = -16, RBT_ERR_CHECKSUM = -17, &
-      RBT_ERR_DIMENSIONS = -18, RBT_ERR_NAMES = -19, RBT_ERR_OFFSETS = -20, RBT_ERR_AXES = -21, &
-      RBT_ERR_COORDINATES = -22, RBT_ERR_NORMALS = -23, RBT_ERR_ALIAS = -24, &
-      RBT_ERR_CLASSES = -25, RBT_ERR_COMPONENTS = -26, RBT_ERR_SPANS = -27, &
-      RBT_ERR_QUANTILES = -28, RBT_ERR_GRAINS = -29, RBT_ERR_TREES = -30, RBT_ERR_LEAVES = -31, &
-      RBT_ERR_GRAIN_NOT_KNOWN = -32
-  integer, parameter, public :: RBT_VALUES = 10
+      RBT_OK = 0, RBT_ANGLE = 1, RBT_SPEED = 2, RBT_SPIN = 4, RBT_EXTRAPOLATED = 8, &
+      RBT_ERR_MISSING = -1, RBT_ERR_NOT_FINITE = -2, RBT_ERR_NOT_APPROACHING = -3, &
+      RBT_ERR_SPEED_NOT_POSITIVE = -4, RBT_ERR_NORMAL_NOT_USABLE = -5, RBT_ERR_HALF_SIZE = -6, &
+      RBT_ERR_ROUGHNESS_NOT_USABLE = -7, RBT_ERR_TILT_NOT_FOUND = -8, &
+      RBT_ERR_CASCADE_NOT_ENDED = -9, RBT_ERR_NO_SPIN_LAW = -10, RBT_ERR_GRAIN_NOT_KNOWN = -11, &
+      RBT_ERR_NOT_OPENED = -20, RBT_ERR_NOT_READ = -21, RBT_ERR_NO_MEMORY = -22, &
+      RBT_ERR_BIG_ENDIAN = -23, RBT_ERR_FORMAT = -24, RBT_ERR_VERSION = -25, RBT_ERR_SIZE = -26, &
+      RBT_ERR_CHECKSUM = -27, RBT_ERR_DIMENSIONS = -28, RBT_ERR_NAMES = -29, &
+      RBT_ERR_OFFSETS = -30, RBT_ERR_INDICES = -31
+  integer, parameter, public :: &
+      RBT_U = 1, RBT_V = 2, RBT_W = 3, RBT_OMEGA_X = 4, RBT_OMEGA_Y = 5, RBT_OMEGA_Z = 6, &
+      RBT_ROTATIONAL_ENERGY = 7, RBT_COLLISIONS = 8, RBT_WORK_NORMAL = 9, RBT_WORK_SHEAR = 10, &
+      RBT_VALUES = 10
   ! end constants
 
   ! A table in memory: opened by rbt_open, ended by rbt_close. Copies are the same table.
@@ -52,24 +54,31 @@ module rebound_sampler
     type(c_ptr) :: handle = c_null_ptr
   end type rbt_table
 
-  ! What a batch reports. Rows count from 1; 0 stands for none.
-  type :: rbt_report
-    integer(c_size_t) :: row = 0          ! first row with an error
-    integer(c_size_t) :: clamped_row = 0  ! first clamped row
-    integer(c_size_t) :: clamped = 0      ! number of clamped rows
-    integer(c_size_t) :: extrapolated = 0 ! number of rows with a speed outside of rbt_valid_speed
-    integer(c_size_t) :: extrapolated_row = 0  ! first of them
-  end type rbt_report
+  ! What a table covers, smallest and largest; see the header.
+  type, bind(c) :: rbt_range
+    real(c_double), dimension(2) :: alpha1, speed, spin, measured
+  end type rbt_range
 
-  type, bind(c) :: c_report
-    integer(c_size_t) :: row, clamped_row, clamped, extrapolated, extrapolated_row
-  end type c_report
+  type, bind(c) :: c_conditions
+    type(c_ptr) :: alpha1, speed, spin = c_null_ptr, grain = c_null_ptr, index, hit
+    integer(c_int) :: fresh
+  end type c_conditions
 
   type, bind(c) :: c_impacts
-    type(c_ptr) :: velocity, normal, half_size, wall_velocity, index, hit, omega, roughness
-    type(c_ptr) :: grain = c_null_ptr  ! those of the keys
-    integer(c_int) :: fresh_grains = 0, isotropic = 0
+    type(c_ptr) :: velocity, normal, half_size, wall_velocity = c_null_ptr, omega = c_null_ptr, &
+        roughness = c_null_ptr, grain = c_null_ptr, index, hit
+    integer(c_int) :: fresh, isotropic
   end type c_impacts
+
+  type, bind(c) :: c_rebounds
+    type(c_ptr) :: velocity = c_null_ptr, omega = c_null_ptr, works = c_null_ptr, codes = c_null_ptr
+    integer(c_size_t) :: bad = 0, first_bad = 0, flagged(4) = 0
+  end type c_rebounds
+
+  ! Rebound a particle, whose arguments are numbers and vectors, or n of them, in the lab frame.
+  interface rbt_rebound
+    module procedure rebound_one, rebound_many
+  end interface rbt_rebound
 
   interface
     function c_open(path, table) result(code) bind(c, name="rbt_open")
@@ -96,29 +105,18 @@ module rebound_sampler
       type(c_ptr) :: text
     end function c_pair
 
-    function c_strlen(text) result(length) bind(c, name="strlen")
+    pure function c_strlen(text) result(length) bind(c, name="strlen")
       import :: c_ptr, c_size_t
       type(c_ptr), value :: text
       integer(c_size_t) :: length
     end function c_strlen
 
-    subroutine c_alpha_range(table, range) bind(c, name="rbt_alpha_range")
-      import :: c_double, c_ptr
+    function c_covered(table, range) result(code) bind(c, name="rbt_covered")
+      import :: c_int, c_ptr, rbt_range
       type(c_ptr), value :: table
-      real(c_double), intent(out) :: range(2)
-    end subroutine c_alpha_range
-
-    subroutine c_speed_range(table, range) bind(c, name="rbt_speed_range")
-      import :: c_double, c_ptr
-      type(c_ptr), value :: table
-      real(c_double), intent(out) :: range(2)
-    end subroutine c_speed_range
-
-    subroutine c_valid_speed(table, range) bind(c, name="rbt_valid_speed")
-      import :: c_double, c_ptr
-      type(c_ptr), value :: table
-      real(c_double), intent(out) :: range(2)
-    end subroutine c_valid_speed
+      type(rbt_range), intent(inout) :: range
+      integer(c_int) :: code
+    end function c_covered
 
     function c_has_spin_law(table) result(answer) bind(c, name="rbt_has_spin_law")
       import :: c_int, c_ptr
@@ -126,52 +124,41 @@ module rebound_sampler
       integer(c_int) :: answer
     end function c_has_spin_law
 
-    subroutine c_keep_grains(table, kept) bind(c, name="rbt_keep_grains")
-      import :: c_int, c_ptr
-      type(c_ptr), value :: table
-      integer(c_int), value :: kept
-    end subroutine c_keep_grains
-
-    function c_grain(table, seed, index, hit, grain) result(code) bind(c, name="rbt_grain")
-      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
-      type(c_ptr), value :: table
-      integer(c_int64_t), value :: seed, index
-      integer(c_int32_t), value :: hit
-      real(c_double), intent(inout) :: grain(3)
-      integer(c_int) :: code
-    end function c_grain
-
     function c_components(table, columns) result(n) bind(c, name="rbt_components")
-      import :: c_int, c_ptr, RBT_VALUES
-      type(c_ptr), value :: table
-      integer(c_int), intent(out) :: columns(RBT_VALUES)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: table, columns
       integer(c_int) :: n
     end function c_components
 
-    function c_draw_all(table, alpha1, speed, spin, grain, seed, index, hit, values) &
-        result(code) bind(c, name="rbt_draw_all")
-      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr, RBT_VALUES
-      type(c_ptr), value :: table, spin, grain
-      real(c_double), value :: alpha1, speed
-      integer(c_int64_t), value :: seed, index
-      integer(c_int32_t), value :: hit
-      real(c_double), intent(inout) :: values(RBT_VALUES)
-      integer(c_int) :: code
-    end function c_draw_all
-
-    function c_draw_batch(table, n, alpha1, speed, spin, seed, index, hit, states, report) &
-        result(code) bind(c, name="rbt_draw_batch")
-      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr, c_report, c_size_t
-      type(c_ptr), value :: table, spin
+    function c_sample(table, n, conditions, seed, states, codes) result(code) &
+        bind(c, name="rbt_sample")
+      import :: c_conditions, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: table, states, codes
       integer(c_size_t), value :: n
-      real(c_double), intent(in) :: alpha1(*), speed(*)
+      type(c_conditions), intent(in) :: conditions
+      integer(c_int64_t), value :: seed
+      integer(c_int) :: code
+    end function c_sample
+
+    function c_rebound(table, n, impacts, seed, rebounds) result(code) bind(c, name="rbt_rebound")
+      import :: c_impacts, c_int, c_int64_t, c_ptr, c_rebounds, c_size_t
+      type(c_ptr), value :: table
+      integer(c_size_t), value :: n
+      type(c_impacts), intent(in) :: impacts
+      integer(c_int64_t), value :: seed
+      type(c_rebounds), intent(inout) :: rebounds
+      integer(c_int) :: code
+    end function c_rebound
+
+    function c_grains(table, n, seed, index, hit, grains) result(code) bind(c, name="rbt_grains")
+      import :: c_double, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: table, hit
+      integer(c_size_t), value :: n
       integer(c_int64_t), value :: seed
       integer(c_int64_t), intent(in) :: index(*)
-      integer(c_int32_t), intent(in) :: hit(*)
-      real(c_double), intent(inout) :: states(6, *)
-      type(c_report), intent(out) :: report
+      real(c_double), intent(inout) :: grains(3, *)
       integer(c_int) :: code
-    end function c_draw_batch
+    end function c_grains
 
     ! Standard deviation of the tilt of facets, rad, of a wall with a measured profile, as the header
     ! says; all lengths in the same unit. `tilt` is as it was after an error.
@@ -205,32 +192,6 @@ module rebound_sampler
       integer(c_int) :: stays
     end function rbt_deposits
 
-    function c_rebound_grain(table, velocity, normal, half_size, wall_velocity, roughness, &
-        isotropic, omega, grain, seed, index, hit, new_velocity, new_omega) result(code) &
-        bind(c, name="rbt_rebound_grain")
-      import :: c_double, c_int, c_int32_t, c_int64_t, c_ptr
-      type(c_ptr), value :: table, omega, grain
-      integer(c_int), value :: isotropic
-      real(c_double), intent(in) :: velocity(3), normal(3), wall_velocity(3)
-      real(c_double), value :: half_size, roughness
-      integer(c_int64_t), value :: seed, index
-      integer(c_int32_t), value :: hit
-      real(c_double), intent(inout) :: new_velocity(3), new_omega(3)
-      integer(c_int) :: code
-    end function c_rebound_grain
-
-    function c_rebound_batch(table, n, impacts, seed, new_velocity, new_omega, report) &
-        result(code) bind(c, name="rbt_rebound_batch")
-      import :: c_double, c_impacts, c_int, c_int64_t, c_ptr, c_report, c_size_t
-      type(c_ptr), value :: table
-      integer(c_size_t), value :: n
-      type(c_impacts), intent(in) :: impacts
-      integer(c_int64_t), value :: seed
-      real(c_double), intent(inout) :: new_velocity(3, *), new_omega(3, *)
-      type(c_report), intent(out) :: report
-      integer(c_int) :: code
-    end function c_rebound_batch
-
     ! Torque of the gas on a spinning particle, N m; gas_rotation: half the curl of the gas velocity.
     subroutine rbt_gas_torque(omega, diameter, density, viscosity, gas_rotation, torque) bind(c)
       import :: c_double
@@ -256,14 +217,8 @@ contains
     character(len=*), intent(in) :: path  ! trailing blanks do not count
     type(rbt_table), intent(out) :: table
     integer(c_int) :: code
-    character(kind=c_char) :: text(len_trim(path) + 1)
-    integer :: k
 
-    do k = 1, len_trim(path)
-      text(k) = path(k:k)
-    end do
-    text(len_trim(path) + 1) = c_null_char
-    code = c_open(text, table%handle)
+    code = c_open(trim(path) // c_null_char, table%handle)
   end function rbt_open
 
   ! Whether a table is open.
@@ -298,29 +253,14 @@ contains
     text = fortran_text(c_pair(table%handle))
   end function rbt_pair
 
-  ! Smallest and largest impact angle, rad.
-  function rbt_alpha_range(table) result(range)
+  ! What the table covers.
+  function rbt_covered(table, range) result(code)
     type(rbt_table), intent(in) :: table
-    real(c_double) :: range(2)
+    type(rbt_range), intent(inout) :: range       ! as it was after an error
+    integer(c_int) :: code
 
-    call c_alpha_range(table%handle, range)
-  end function rbt_alpha_range
-
-  ! Smallest and largest impact speed, m/s.
-  function rbt_speed_range(table) result(range)
-    type(rbt_table), intent(in) :: table
-    real(c_double) :: range(2)
-
-    call c_speed_range(table%handle, range)
-  end function rbt_speed_range
-
-  ! Speeds at which the law of the pair was measured, m/s; beyond them it is extrapolated.
-  function rbt_valid_speed(table) result(range)
-    type(rbt_table), intent(in) :: table
-    real(c_double) :: range(2)
-
-    call c_valid_speed(table%handle, range)
-  end function rbt_valid_speed
+    code = c_covered(table%handle, range)
+  end function rbt_covered
 
   ! Whether the table has the law of particles that arrive with spin.
   function rbt_has_spin_law(table) result(answer)
@@ -330,25 +270,15 @@ contains
     answer = c_has_spin_law(table%handle) /= 0
   end function rbt_has_spin_law
 
-  ! Whether particles keep their grain from hit to hit, as they do unless told otherwise; not beside
-  ! other calls with the table.
-  subroutine rbt_keep_grains(table, kept)
+  ! Variables in the rows of a state, from RBT_U = 1 to RBT_WORK_SHEAR = 10.
+  function rbt_components(table) result(places)
     type(rbt_table), intent(in) :: table
-    logical, intent(in) :: kept
+    integer, allocatable :: places(:)
+    integer(c_int), target :: columns(RBT_VALUES), n
 
-    call c_keep_grains(table%handle, merge(1_c_int, 0_c_int, kept))
-  end subroutine rbt_keep_grains
-
-  ! Grain of a particle at a hit: code of its shape, b/a and c/b.
-  function rbt_grain(table, seed, index, hit, grain) result(code)
-    type(rbt_table), intent(in) :: table
-    integer(c_int64_t), intent(in) :: seed, index
-    integer(c_int32_t), intent(in) :: hit
-    real(c_double), intent(inout) :: grain(3)     ! as it was after an error
-    integer(c_int) :: code
-
-    code = c_grain(table%handle, seed, index, hit, grain)
-  end function rbt_grain
+    n = c_components(table%handle, c_loc(columns))
+    places = columns(:n) + 1
+  end function rbt_components
 
   ! Mean of rbt_half_size over the particles of the table; 0: not known.
   function rbt_mean_half_size(table, diameter) result(half_size)
@@ -359,167 +289,142 @@ contains
     half_size = c_mean_half_size(table%handle, diameter)
   end function rbt_mean_half_size
 
-  ! Variables that the table gives, as places in a state from 1 (u) to 10 (work_shear).
-  function rbt_components(table) result(places)
+  ! Grains of particles: code of the shape, b/a and c/b, those that they keep or, with `hit`, fresh ones.
+  function rbt_grains(table, seed, index, hit, grains) result(code)
     type(rbt_table), intent(in) :: table
-    integer, allocatable :: places(:)
-    integer(c_int) :: columns(RBT_VALUES), n
-
-    n = c_components(table%handle, columns)
-    places = columns(:n) + 1
-  end function rbt_components
-
-  ! Draw one state: u, v, w over V and omega_x, omega_y, omega_z times a/V.
-  function rbt_draw(table, alpha1, speed, spin, seed, index, hit, state) result(code)
-    type(rbt_table), intent(in) :: table
-    real(c_double), intent(in) :: alpha1, speed   ! rad from the wall; m/s
-    real(c_double), intent(in), optional :: spin(3) ! before the impact, times a/V
-    integer(c_int64_t), intent(in) :: seed, index
-    integer(c_int32_t), intent(in) :: hit
-    real(c_double), intent(inout) :: state(6)     ! as it was after an error
-    integer(c_int) :: code
-    real(c_double) :: values(RBT_VALUES)
-
-    code = rbt_draw_all(table, alpha1, speed, seed, index, hit, values, spin)
-    if (code >= RBT_OK) state = values(:6)
-  end function rbt_draw
-
-  ! The same with all variables that a table can have.
-  function rbt_draw_all(table, alpha1, speed, seed, index, hit, values, spin) result(code)
-    type(rbt_table), intent(in) :: table
-    real(c_double), intent(in) :: alpha1, speed
-    integer(c_int64_t), intent(in) :: seed, index
-    integer(c_int32_t), intent(in) :: hit
-    real(c_double), intent(inout) :: values(RBT_VALUES)
-    real(c_double), intent(in), target, optional :: spin(3) ! before the impact, times a/V
-    integer(c_int) :: code
-    type(c_ptr) :: given
-
-    given = c_null_ptr
-    if (present(spin)) given = c_loc(spin)
-    code = c_draw_all(table%handle, alpha1, speed, given, c_null_ptr, seed, index, hit, values)
-  end function rbt_draw_all
-
-  ! Draw a state for each column of states(6, n); faster than one by one.
-  function rbt_draw_batch(table, alpha1, speed, spin, seed, index, hit, states, report) result(code)
-    type(rbt_table), intent(in) :: table
-    real(c_double), intent(in), contiguous :: alpha1(:), speed(:)
-    real(c_double), intent(in), contiguous, target, optional :: spin(:, :) ! (3, n)
     integer(c_int64_t), intent(in) :: seed
     integer(c_int64_t), intent(in), contiguous :: index(:)
-    integer(c_int32_t), intent(in), contiguous :: hit(:)
-    real(c_double), intent(inout), contiguous :: states(:, :)
-    type(rbt_report), intent(out), optional :: report
+    integer(c_int32_t), intent(in), contiguous, target, optional :: hit(:)
+    real(c_double), intent(inout), contiguous :: grains(:, :)
     integer(c_int) :: code
-    integer(c_size_t) :: n
-    type(c_report) :: found
-    type(c_ptr) :: given
+    integer :: n
+    logical :: agree
+    type(c_ptr) :: hits
 
-    n = size(alpha1, kind=c_size_t)
-    if (size(states, 1) /= 6 .or. any([size(speed), size(index), size(hit), size(states, 2)] &
-        /= size(alpha1))) error stop "rbt_draw_batch: arrays of unequal length"
-    given = c_null_ptr
-    if (present(spin)) then
-      if (any(shape(spin) /= [3, size(alpha1)])) error stop "rbt_draw_batch: spin"
-      if (n > 0) given = c_loc(spin)
-    end if
-    code = c_draw_batch(table%handle, n, alpha1, speed, given, seed, index, hit, states, found)
-    if (present(report)) report = fortran_report(found, n)
-  end function rbt_draw_batch
+    n = size(index)
+    agree = all(shape(grains) == [3, n])
+    if (present(hit)) agree = agree .and. size(hit) == n
+    code = merge(RBT_OK, RBT_ERR_MISSING, agree)
+    if (n == 0 .or. .not. agree) return
+    hits = c_null_ptr
+    if (present(hit)) hits = c_loc(hit)
+    code = c_grains(table%handle, int(n, c_size_t), seed, index, hits, grains)
+  end function rbt_grains
 
-  ! Rebound one particle, in the lab frame; results must be other variables than arguments.
-  function rbt_rebound(table, velocity, normal, half_size, wall_velocity, omega, seed, index, hit, &
-      new_velocity, new_omega) result(code)
+  ! Draw a state for each column of `states`, whose rows are those of rbt_components.
+  function rbt_sample(table, alpha1, speed, spin, grain, index, hit, fresh, seed, states, codes) &
+      result(code)
     type(rbt_table), intent(in) :: table
-    real(c_double), intent(in) :: velocity(3), normal(3)  ! m/s; from the wall into the gas
-    real(c_double), intent(in) :: half_size               ! largest half-size of the particle, m
-    real(c_double), intent(in) :: wall_velocity(3)        ! m/s
-    real(c_double), intent(in), optional :: omega(3)      ! before the impact, rad/s; none: no spin
-    integer(c_int64_t), intent(in) :: seed, index
-    integer(c_int32_t), intent(in) :: hit
-    real(c_double), intent(inout) :: new_velocity(3), new_omega(3)  ! m/s, rad/s
-    integer(c_int) :: code
-
-    code = rbt_rough_rebound(table, velocity, normal, half_size, wall_velocity, 0.0_c_double, omega, &
-        seed, index, hit, new_velocity, new_omega)
-  end function rbt_rebound
-
-  ! Rebound one particle from a rough wall, in the lab frame; otherwise as rbt_rebound.
-  function rbt_rough_rebound(table, velocity, normal, half_size, wall_velocity, roughness, omega, &
-      seed, index, hit, new_velocity, new_omega, isotropic) result(code)
-    type(rbt_table), intent(in) :: table
-    real(c_double), intent(in) :: velocity(3), normal(3)  ! m/s; of the mean wall into the gas
-    real(c_double), intent(in) :: half_size               ! largest half-size of the particle, m
-    real(c_double), intent(in) :: wall_velocity(3)        ! m/s
-    real(c_double), intent(in) :: roughness  ! standard deviation of the tilt of facets, rad, 0 to 0.5
-    real(c_double), intent(in), target, optional :: omega(3)  ! before the impact, rad/s; none: no spin
-    integer(c_int64_t), intent(in) :: seed, index
-    integer(c_int32_t), intent(in) :: hit
-    real(c_double), intent(inout) :: new_velocity(3), new_omega(3)  ! m/s, rad/s
-    logical, intent(in), optional :: isotropic  ! tilts across the plane of incidence too; none: no
-    integer(c_int) :: code
-    type(c_ptr) :: given
-
-    given = c_null_ptr
-    if (present(omega)) given = c_loc(omega)
-    code = c_rebound_grain(table%handle, velocity, normal, half_size, wall_velocity, roughness, &
-        as_int(isotropic), given, c_null_ptr, seed, index, hit, new_velocity, new_omega)
-  end function rbt_rough_rebound
-
-  ! Rebound the particle of each column; faster than one by one. Results must be other variables than
-  ! arguments.
-  function rbt_rebound_batch(table, velocity, normal, half_size, wall_velocity, roughness, omega, &
-      seed, index, hit, new_velocity, new_omega, report, isotropic) result(code)
-    type(rbt_table), intent(in) :: table
-    real(c_double), intent(in), contiguous, target :: velocity(:, :), normal(:, :)  ! (3, n)
-    real(c_double), intent(in), contiguous, target :: half_size(:)
-    real(c_double), intent(in), contiguous, target, optional :: wall_velocity(:, :) ! none: at rest
-    ! tilts of facets, rad, of rough walls; none: smooth ones
-    real(c_double), intent(in), contiguous, target, optional :: roughness(:)
-    real(c_double), intent(in), contiguous, target, optional :: omega(:, :) ! before; none: no spin
-    integer(c_int64_t), intent(in) :: seed
+    real(c_double), intent(in), contiguous, target :: alpha1(:), speed(:)
+    real(c_double), intent(in), contiguous, target, optional :: spin(:, :), grain(:, :)
     integer(c_int64_t), intent(in), contiguous, target :: index(:)
     integer(c_int32_t), intent(in), contiguous, target :: hit(:)
-    real(c_double), intent(inout), contiguous :: new_velocity(:, :), new_omega(:, :) ! (3, n)
-    type(rbt_report), intent(out), optional :: report
-    logical, intent(in), optional :: isotropic
+    logical, intent(in), optional :: fresh
+    integer(c_int64_t), intent(in) :: seed
+    real(c_double), intent(inout), contiguous, target, optional :: states(:, :)
+    integer(c_int), intent(inout), contiguous, target, optional :: codes(:)
     integer(c_int) :: code
-    integer(c_size_t) :: n
-    integer :: wanted(2)
-    type(c_impacts) :: impacts
-    type(c_report) :: found
+    integer :: n, height
+    logical :: agree
+    type(c_conditions) :: given
+    type(c_ptr) :: new_states, new_codes
 
-    n = size(half_size, kind=c_size_t)
-    code = RBT_OK
-    wanted = [3, size(half_size)]
-    if (any([shape(velocity), shape(normal), shape(new_velocity), shape(new_omega)] &
-        /= [wanted, wanted, wanted, wanted]) .or. size(index) /= n .or. size(hit) /= n) &
-        error stop "rbt_rebound_batch: arrays of unequal length"
-    impacts%wall_velocity = c_null_ptr
-    if (present(wall_velocity)) then
-      if (any(shape(wall_velocity) /= wanted)) error stop "rbt_rebound_batch: wall_velocity"
-      if (n > 0) impacts%wall_velocity = c_loc(wall_velocity)
+    n = size(alpha1)
+    height = c_components(table%handle, c_null_ptr)
+    agree = all([size(speed), size(index), size(hit)] == n)
+    if (present(spin)) agree = agree .and. all(shape(spin) == [3, n])
+    if (present(grain)) agree = agree .and. all(shape(grain) == [3, n])
+    if (present(states)) agree = agree .and. all(shape(states) == [height, n])
+    if (present(codes)) agree = agree .and. size(codes) == n
+    code = merge(RBT_OK, RBT_ERR_MISSING, agree)
+    if (n == 0 .or. .not. agree) return
+    given = c_conditions(alpha1=c_loc(alpha1), speed=c_loc(speed), index=c_loc(index), &
+        hit=c_loc(hit), fresh=as_int(fresh))
+    if (present(spin)) given%spin = c_loc(spin)
+    if (present(grain)) given%grain = c_loc(grain)
+    new_states = c_null_ptr
+    if (present(states)) new_states = c_loc(states)
+    new_codes = c_null_ptr
+    if (present(codes)) new_codes = c_loc(codes)
+    code = c_sample(table%handle, int(n, c_size_t), given, seed, new_states, new_codes)
+  end function rbt_sample
+
+  function rebound_one(table, velocity, normal, half_size, wall_velocity, omega, roughness, grain, &
+      index, hit, fresh, isotropic, seed, new_velocity, new_omega, works) result(code)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in), target :: velocity(3), normal(3), half_size
+    real(c_double), intent(in), target, optional :: wall_velocity(3), omega(3), roughness, grain(3)
+    integer(c_int64_t), intent(in), target :: index
+    integer(c_int32_t), intent(in), target :: hit
+    logical, intent(in), optional :: fresh, isotropic
+    integer(c_int64_t), intent(in) :: seed
+    real(c_double), intent(inout), target, optional :: new_velocity(3), new_omega(3), works(2)
+    integer(c_int) :: code
+    type(c_impacts) :: given
+    type(c_rebounds) :: found
+
+    given = c_impacts(velocity=c_loc(velocity), normal=c_loc(normal), half_size=c_loc(half_size), &
+        index=c_loc(index), hit=c_loc(hit), fresh=as_int(fresh), isotropic=as_int(isotropic))
+    if (present(wall_velocity)) given%wall_velocity = c_loc(wall_velocity)
+    if (present(omega)) given%omega = c_loc(omega)
+    if (present(roughness)) given%roughness = c_loc(roughness)
+    if (present(grain)) given%grain = c_loc(grain)
+    if (present(new_velocity)) found%velocity = c_loc(new_velocity)
+    if (present(new_omega)) found%omega = c_loc(new_omega)
+    if (present(works)) found%works = c_loc(works)
+    code = c_rebound(table%handle, 1_c_size_t, given, seed, found)
+  end function rebound_one
+
+  function rebound_many(table, velocity, normal, half_size, wall_velocity, omega, roughness, grain, &
+      index, hit, fresh, isotropic, seed, new_velocity, new_omega, works, codes, bad, first_bad, &
+      flagged) result(code)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in), contiguous, target :: velocity(:, :), normal(:, :), half_size(:)
+    real(c_double), intent(in), contiguous, target, optional :: wall_velocity(:, :), omega(:, :)
+    real(c_double), intent(in), contiguous, target, optional :: roughness(:), grain(:, :)
+    integer(c_int64_t), intent(in), contiguous, target :: index(:)
+    integer(c_int32_t), intent(in), contiguous, target :: hit(:)
+    logical, intent(in), optional :: fresh, isotropic
+    integer(c_int64_t), intent(in) :: seed
+    real(c_double), intent(inout), contiguous, target, optional :: new_velocity(:, :)
+    real(c_double), intent(inout), contiguous, target, optional :: new_omega(:, :), works(:, :)
+    integer(c_int), intent(inout), contiguous, target, optional :: codes(:)
+    integer, intent(out), optional :: bad, first_bad  ! rows with an error; first of them, 0: none
+    integer, intent(out), optional :: flagged(4)  ! rows with RBT_ANGLE, _SPEED, _SPIN, _EXTRAPOLATED
+    integer(c_int) :: code
+    integer :: n
+    logical :: agree
+    type(c_impacts) :: given
+    type(c_rebounds) :: found
+
+    n = size(half_size)
+    agree = all([shape(velocity), shape(normal), size(index), size(hit)] == [3, n, 3, n, n, n])
+    if (present(wall_velocity)) agree = agree .and. all(shape(wall_velocity) == [3, n])
+    if (present(omega)) agree = agree .and. all(shape(omega) == [3, n])
+    if (present(roughness)) agree = agree .and. size(roughness) == n
+    if (present(grain)) agree = agree .and. all(shape(grain) == [3, n])
+    if (present(new_velocity)) agree = agree .and. all(shape(new_velocity) == [3, n])
+    if (present(new_omega)) agree = agree .and. all(shape(new_omega) == [3, n])
+    if (present(works)) agree = agree .and. all(shape(works) == [2, n])
+    if (present(codes)) agree = agree .and. size(codes) == n
+    code = merge(RBT_OK, RBT_ERR_MISSING, agree)
+    if (agree .and. n > 0) then
+      given = c_impacts(velocity=c_loc(velocity), normal=c_loc(normal), half_size=c_loc(half_size), &
+          index=c_loc(index), hit=c_loc(hit), fresh=as_int(fresh), isotropic=as_int(isotropic))
+      if (present(wall_velocity)) given%wall_velocity = c_loc(wall_velocity)
+      if (present(omega)) given%omega = c_loc(omega)
+      if (present(roughness)) given%roughness = c_loc(roughness)
+      if (present(grain)) given%grain = c_loc(grain)
+      if (present(new_velocity)) found%velocity = c_loc(new_velocity)
+      if (present(new_omega)) found%omega = c_loc(new_omega)
+      if (present(works)) found%works = c_loc(works)
+      if (present(codes)) found%codes = c_loc(codes)
+      code = c_rebound(table%handle, int(n, c_size_t), given, seed, found)
     end if
-    impacts%omega = c_null_ptr
-    if (present(omega)) then
-      if (any(shape(omega) /= wanted)) error stop "rbt_rebound_batch: omega"
-      if (n > 0) impacts%omega = c_loc(omega)
-    end if
-    impacts%roughness = c_null_ptr
-    if (present(roughness)) then
-      if (size(roughness) /= n) error stop "rbt_rebound_batch: roughness"
-      if (n > 0) impacts%roughness = c_loc(roughness)
-    end if
-    impacts%isotropic = as_int(isotropic)
-    if (n == 0) return
-    impacts%velocity = c_loc(velocity)
-    impacts%normal = c_loc(normal)
-    impacts%half_size = c_loc(half_size)
-    impacts%index = c_loc(index)
-    impacts%hit = c_loc(hit)
-    code = c_rebound_batch(table%handle, n, impacts, seed, new_velocity, new_omega, found)
-    if (present(report)) report = fortran_report(found, n)
-  end function rbt_rebound_batch
+    if (present(bad)) bad = int(found%bad)
+    if (present(first_bad)) first_bad = merge(int(found%first_bad) + 1, 0, found%bad > 0)
+    if (present(flagged)) flagged = int(found%flagged)
+  end function rebound_many
 
   ! 1 for true, else 0.
   function as_int(flag) result(number)
@@ -530,31 +435,14 @@ contains
     if (present(flag)) number = merge(1, 0, flag)
   end function as_int
 
-  ! A report with rows that count from 1.
-  function fortran_report(found, n) result(report)
-    type(c_report), intent(in) :: found
-    integer(c_size_t), intent(in) :: n
-    type(rbt_report) :: report
-
-    report%clamped = found%clamped
-    report%extrapolated = found%extrapolated
-    if (found%row < n) report%row = found%row + 1
-    if (found%clamped_row < n) report%clamped_row = found%clamped_row + 1
-    if (found%extrapolated_row < n) report%extrapolated_row = found%extrapolated_row + 1
-  end function fortran_report
-
   ! Copy of a text of C, which ends with a null character.
-  function fortran_text(pointer_to_c) result(text)
-    type(c_ptr), intent(in) :: pointer_to_c
-    character(len=:), allocatable :: text
+  function fortran_text(from_c) result(text)
+    type(c_ptr), intent(in) :: from_c
+    character(len=c_strlen(from_c)) :: text
     character(kind=c_char), pointer :: characters(:)
-    integer :: k
 
-    call c_f_pointer(pointer_to_c, characters, [c_strlen(pointer_to_c)])
-    allocate (character(len=size(characters)) :: text)
-    do k = 1, size(characters)
-      text(k:k) = characters(k)
-    end do
+    call c_f_pointer(from_c, characters, [len(text)])
+    text = transfer(characters, text)
   end function fortran_text
 
 end module rebound_sampler

@@ -10,13 +10,12 @@ program tracker
   real(r), parameter :: walls(6, 6) = reshape([-9._r, o, o, 1._r, o, 18._r, 9._r, 0.1_r, o, -1._r, &
       o, 18._r, 0.1_r, o, -s, 0.5_r, o, 0.07_r, 0.135_r, 0.06062178_r, s, -0.5_r, o, 0.07_r, &
       0.235_r, 0.03937822_r, -s, -0.5_r, o, 0.07_r, 0.2_r, 0.1_r, s, 0.5_r, o, 0.07_r], [6, 6])
-  real(r) :: x(2), v(3), omega(3), n(3), w(6), into, away, along, speed, share, ends(6)
+  real(r) :: x(2), v(3), omega(3), n(3), w(6), into, away, along, speed, share, ends(6) = 0
   integer(c_int) :: code, hit, k
   integer(c_int64_t) :: index, seed = 7
   type(rbt_table) :: table
 
-  code = rbt_open("corundum-steel.rbt", table)
-  share = 1 - exp(-9.42477796_r * mu * d * dt / m); ends = 0
+  code = rbt_open("corundum-steel.rbt", table); share = 1 - exp(-9.42477796_r * mu * d * dt / m)
   do index = 0, 1999
     x = [o, (index + 0.5_r) * 5e-5_r]; v = gas; omega = 0; hit = 0; into = 0
     do while (code >= RBT_OK .and. x(1) >= 0 .and. x(1) < 0.5_r .and. (into <= 0 .or. into > 1))
@@ -31,7 +30,8 @@ program tracker
       end do
       if (into <= 0) x = x + dt * v(:2)
       if (into <= 1) cycle
-      code = rbt_rebound(table, (v), n, 0.63_r * d, still, (omega), seed, index, hit, v, omega)
+      code = rbt_rebound(table, (v), n, 0.63_r * d, omega=(omega), index=index, hit=hit, seed=seed, &
+          new_velocity=v, new_omega=omega)
       hit = hit + 1; if (code > RBT_OK) ends(6) = ends(6) + 1  ! outside what the table covers
     end do
     ends(:5) = ends(:5) + [merge(1, 0, [x(1) >= 0.5_r, x(1) < 0]) + o, hit + o, sum(v**2), omega(3)]

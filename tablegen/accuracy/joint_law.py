@@ -6,7 +6,6 @@ and its condition, grain and outcome are compared as one law.
 """
 
 import math
-import warnings
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sampler.errors import OutsideTableWarning
 from sampler.formats.channels import STATE
 from sampler.table import Table
 from tablegen.accuracy.decision import LOOKS, Targets, undecided_metrics
@@ -134,10 +132,8 @@ def drawn_from(table: Table, seed: int, threads: int | None = None, *, spin: boo
     def draw(impacts: Impacts) -> FloatArray:
         given: dict[str, Any] = {"spin": impacts.spin, "grain": impacts.grain} if spin else {}
         keys: dict[str, Any] = {"seed": seed, "index": impacts.index, "hit": impacts.hit}
-        with warnings.catch_warnings():
-            # chains reach spins beyond those of the law, and draws there are compared too
-            warnings.simplefilter("ignore", OutsideTableWarning)
-            drawn = table.sample(impacts.alpha1, impacts.speed, threads=threads, **keys, **given)
+        # chains reach spins beyond those of the law, and draws there are compared too
+        drawn = table.sample(impacts.alpha1, impacts.speed, threads=threads, **keys, **given)
         return drawn[:, : len(STATE)]
 
     return draw

@@ -59,8 +59,9 @@ def identity(contents: "TableContents") -> dict[str, Any]:
     that the configuration allows, or None if it cannot be read. ``worst`` has the largest ones in
     ``accuracy``, or None if nothing was measured.
     """
-    from sampler.formats.image import table_image
+    from sampler.table import Table
 
+    table = Table(contents)
     accuracy = {
         path.removeprefix("accuracy/"): values
         for path, values in contents.datasets.items()
@@ -73,6 +74,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "speed": contents["axes/speed"].tolist(),
         "speed_independent": contents.speed_independent,
         "valid_speed": contents.valid_speed and list(contents.valid_speed),
+        "covers": str(table.covered),
         "omega": contents.omega,
         "least_inertia": contents.least_inertia,
         "spin": _spin_law(contents),
@@ -82,8 +84,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "seed": contents.seed,
         "software_version": contents.software_version,
         "content_sha256": contents.content_sha256,
-        "processors": list(contents.processors),
-        "bytes_in_memory": table_image(contents).nbytes,
+        "bytes_in_memory": table.nbytes,
         "declared": _declared(contents.config),
         "worst": worst_stored(accuracy),
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
@@ -94,23 +95,22 @@ def identity_text(contents: "TableContents") -> str:
     """Describe a table in lines of text."""
     facts = identity(contents)
     alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
-    declared, law, kinds = facts["declared"], facts["spin"], facts["processors"]
-    anywhere = ", the same at any speed" if facts["speed_independent"] else ""
+    declared, law = facts["declared"], facts["spin"]
+    covers = facts["covers"]
     if facts["valid_speed"] is not None:
-        anywhere += "; laws measured at {:g} to {:g} m/s".format(*facts["valid_speed"])
+        covers += "; laws measured at {:g} to {:g} m/s".format(*facts["valid_speed"])
     spin, measured = "none: particles are taken to arrive without spin", "nothing"
     if law is not None:
-        spin = "{:g} to {:g} degrees, ".format(*law["alpha_deg"])
-        spin += "effective speeds {:g} to {:g} m/s, ".format(*law["effective_speed"])
-        spin += f"{len(law['shapes'])} shapes, {law['leaves']} leaves"
+        spin = f"{len(law['shapes'])} shapes, {law['leaves']} leaves, "
+        spin += "effective speeds {:g} to {:g} m/s".format(*law["effective_speed"])
     if worst is not None:
         count = len(facts["accuracy"]["alpha_deg"])
         measured = f"at {count} conditions between nodes, noise included, worst: "
         measured += errors_text(worst)
     lines = [
         ("pair", facts["pair"]),
-        ("impact angle", f"{alpha[0]:g} to {alpha[-1]:g} degrees, {len(alpha)} nodes"),
-        ("speed", f"{speed[0]:g} to {speed[-1]:g} m/s, {len(speed)} nodes{anywhere}"),
+        ("covers", covers),
+        ("nodes", f"{len(alpha)} angles, {len(speed)} speeds"),
         ("a draw gives", ", ".join(facts["components"])),
         ("angular velocity", _OMEGA[facts["omega"]]),
         ("spin law", spin),
@@ -119,16 +119,15 @@ def identity_text(contents: "TableContents") -> str:
         ("seed", facts["seed"]),
         ("software", f"rebound-tables {facts['software_version']}"),
         ("content SHA-256", facts["content_sha256"]),
-        *(("made on", kind) for kind in kinds or ["not recorded"]),
         ("in memory", f"{facts['bytes_in_memory'] / 1e6:.2f} MB"),
         ("declared", f"at most {errors_text(declared)}" if declared else "?"),
         ("measured", measured),
         *(("note", note) for note in _notes(declared, worst)),
     ]
     if facts["spheres"]:
-        told = ("pair", "a draw gives", "software", "content SHA-256")
+        told = ("pair", "covers", "a draw gives", "software", "content SHA-256")
         lines = [line for line in lines if line[0] in told]
-        lines.insert(1, ("spheres", f"laws of contact, at any angle, speed and spin{anywhere}"))
+        lines.insert(2, ("spheres", "laws of contact"))
     return "\n".join(f"{name:<18}{value}" for name, value in lines)
 
 

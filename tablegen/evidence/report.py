@@ -2,7 +2,6 @@
 
 import platform
 import time
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -13,7 +12,6 @@ from typing import Any
 import numpy as np
 
 import sampler
-from sampler.errors import OutsideTableWarning
 from sampler.files import find_table
 from sampler.library import processors
 from sampler.table import Table
@@ -235,15 +233,11 @@ def measure_spinning(
     if table.has_spin:
         draws["table, with spin"] = lambda threads: drawn_from(table, seed, threads)
     ways = []
-    with warnings.catch_warnings():
-        # the law without spin may begin at higher speeds than particles have after some walls
-        warnings.simplefilter("ignore", OutsideTableWarning)
-        for name, draw in draws.items():
-            found = compare_chains(
-                draw(None), config, seed=seed, samples=budget.chained, targets=_ANY
-            )
-            if found is None:
-                return ()
-            cost = best_seconds(partial(draw(1), impacts), 5) / len(impacts.index)
-            ways.append(SpinningWay(name, 1e9 * cost, found.estimates, found.states))
+    # the law without spin may begin at higher speeds than particles have after some walls
+    for name, draw in draws.items():
+        found = compare_chains(draw(None), config, seed=seed, samples=budget.chained, targets=_ANY)
+        if found is None:
+            return ()
+        cost = best_seconds(partial(draw(1), impacts), 5) / len(impacts.index)
+        ways.append(SpinningWay(name, 1e9 * cost, found.estimates, found.states))
     return tuple(ways)

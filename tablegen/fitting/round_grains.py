@@ -44,7 +44,7 @@ def sphere_states(config: Config, conditions: FloatArray, ratios: FloatArray) ->
     b, c = ratios[:, 0], ratios.prod(axis=1)
     radius = np.sqrt((1.0 + b * b + c * c) / 3.0)[:, None]
     model = DirectModel.of_parts(config.pair, _SPHERES, config.model)
-    keys: dict[str, Any] = {"seed": 0, "index": np.arange(len(ratios)), "threads": 1}
+    keys: dict[str, Any] = {"seed": 0, "index": np.arange(len(ratios)), "hit": 0, "threads": 1}
     states = model.sample(*conditions[:, :2].T, spin=radius * conditions[:, 2:], **keys)
     states[:, 3:] /= radius
     return states

@@ -19,6 +19,7 @@ from sampler.arguments import (
     broadcast,
     check_grain_word,
     place,
+    present,
 )
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
@@ -131,7 +132,7 @@ class DirectModel:
         Parameters
         ----------
         alpha1, speed, seed, index, hit, rng, size, threads
-            As for `sampler.Table.sample`. `hit` selects the orientation.
+            As for `sampler.Table.sample`. `hit` selects the orientation; it is needed with a spin.
         spin : array, shape (..., 3), optional
             Angular velocity before the impact times a/V, wall frame; none if left out. A particle
             may turn by at most 1e6 rad before its first contact: ``2 |spin| / sin(alpha1)``.
@@ -156,9 +157,7 @@ class DirectModel:
         RuntimeError
             If a particle is still in contact after 10**8 collisions.
         """
-        given = {"alpha1": alpha1, "speed": speed, "spin": np.zeros(3) if spin is None else spin}
-        if orientation is not None:
-            given["orientation"] = orientation
+        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin, orientation=orientation)
         particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
         alpha1, speed, spins = map(particles.array, ("alpha1", "speed", "spin"))
         fill = partial(wall_conditions, alpha1, speed, spins, self.arrays.numerics)
@@ -204,8 +203,8 @@ class DirectModel:
         isotropic : bool
             As for `sampler.Table.rebound`.
         works : float64 array, shape (n, 2), written
-            Energies that the normal and the tangential impulses of the n rebounds took, over
-            m V^2 / 2; of smooth walls only.
+            Energies that the normal and the tangential impulses of the n rebounds took, J/kg; of
+            smooth walls only.
 
         Returns
         -------
@@ -218,15 +217,8 @@ class DirectModel:
         InputError, RuntimeError
             As `sample`; also if a particle does not approach the wall or a normal is zero.
         """
-        given = {
-            "velocity": velocity,
-            "normal": normal,
-            "half_size": half_size,
-            "wall_velocity": np.zeros(3) if wall_velocity is None else wall_velocity,
-            "omega": np.zeros(3) if omega is None else omega,
-        }
-        if orientation is not None:
-            given["orientation"] = orientation
+        given = {"velocity": velocity, "normal": normal, "half_size": half_size}
+        given |= present(wall_velocity=wall_velocity, omega=omega, orientation=orientation)
         isotropic = as_isotropic(isotropic, roughness)
         if roughness is not None and works is not None:
             raise InputError("works: got an array, allowed: none with roughness")
@@ -241,6 +233,8 @@ class DirectModel:
         )
         finish = partial(states_to_lab, numbers, keys_of_rows)
         states, turned = self._simulated(particles, threads, fill, numbers, finish, works)
+        if works is not None:
+            works *= 0.5 * np.square(numbers[0] - numbers[3]).sum(axis=1, keepdims=True)
         parts = (states[:, :3].copy(), states[:, 3:].copy(), turned)
         shape = particles.call.shape
         return DirectRebound(*(part.reshape(*shape, part.shape[1]) for part in parts))
@@ -310,15 +304,15 @@ class DirectModel:
         grains = particles.grains(self.arrays, slice(0, particles.call.rows.n))
         return grains.reshape(*particles.call.shape, 3)
 
-    def _particles(self, given: dict[str, ArrayLike], grain: Grain, keys: Keys) -> Particles:
+    def _particles(self, given: dict[str, Any], grain: Grain, keys: Keys) -> Particles:
         """Broadcast the arguments, and say where the grains come from."""
         check_grain_word(grain)
-        if isinstance(grain, str):
-            call = broadcast(given, keys)
-            made_at = call.rows.arrays["hit"] if grain == "fresh" else OWN
-            return Particles(call, made_at, None)
-        call = broadcast(given | {"grain": grain}, keys)
-        return Particles(call, OWN, self._checked_grains(call))
+        drawn = isinstance(grain, str)
+        call = broadcast(given if drawn else given | {"grain": grain}, keys)
+        for name in ("omega", "wall_velocity") if "velocity" in given else ("spin",):
+            call.rows.arrays.setdefault(name, np.zeros((1, 3)))
+        made_at = call.rows.arrays["hit"] if drawn and grain == "fresh" else OWN
+        return Particles(call, made_at, None if drawn else self._checked_grains(call))
 
     def _checked_grains(self, call: Call) -> FloatArray:
         """Return the given grains; refuse the first that is not a grain."""

@@ -17,7 +17,7 @@ from sampler.files import check_output
 from sampler.formats.bounds import N_OUTCOMES
 from sampler.formats.channels import channels_for, has_works
 from sampler.formats.hdf5 import TableContents, write_table
-from sampler.formats.image import header_of, table_image
+from sampler.formats.image import axis_fields
 from sampler.formats.layout import ACCURACY, GROUP
 from sampler.table import load
 from tablegen.config.config import Config, stored_config
@@ -124,14 +124,10 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
 
 def _kept_nodes(contents: TableContents, axis: str, low: float, high: float) -> slice:
     """Find the nodes of all cells that a range of an axis, in rad or m/s, meets."""
-    header = header_of(table_image(contents))
-    coordinate = contents[f"axes/{axis}_coordinate"]
-    first, last, origin, scale, offset, nodes = (
-        header[name]
-        for name in (
-            *(f"{axis}_first", f"{axis}_last", f"{axis}_origin", f"{axis}_scale"),
-            *(f"{axis}_offset", f"n_{axis}"),
-        )
+    fields = axis_fields(contents, axis)
+    coordinate, nodes = contents[f"axes/{axis}_coordinate"], fields[f"n_{axis}"]
+    first, last, origin, scale, offset = (
+        fields[f"{axis}_{name}"] for name in ("first", "last", "origin", "scale", "offset")
     )
 
     def node_below(value: float) -> int:
@@ -140,9 +136,9 @@ def _kept_nodes(contents: TableContents, axis: str, low: float, high: float) -> 
         position = min(max(position, 0.0), coordinate.size - 1.0)
         k = min(int(position), coordinate.size - 2)
         x = coordinate[k] + (position - k) * (coordinate[k + 1] - coordinate[k])
-        return max(min(int(x) - int(offset), int(nodes) - 2), 0)
+        return max(min(int(x) - offset, nodes - 2), 0)
 
-    return slice(node_below(low), min(node_below(high) + 2, int(nodes)))
+    return slice(node_below(low), min(node_below(high) + 2, nodes))
 
 
 def _config_text(own: Config, scene: Config, datasets: dict[str, NDArray[np.float64]]) -> str:

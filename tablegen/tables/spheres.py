@@ -57,7 +57,7 @@ def largest_difference(contents: TableContents, seed: int | None) -> float:
     spin = rng.uniform(-_MOST_SPIN, _MOST_SPIN, (_IMPACTS, 3))
     spin[::2] = 0.0
     model = DirectModel(config.with_changes({"model": {"tolerance": _TOLERANCE}}))
-    keys: dict[str, Any] = {"seed": 1, "index": np.arange(_IMPACTS)}
+    keys: dict[str, Any] = {"seed": 1, "index": np.arange(_IMPACTS), "hit": 0}
     states = model.sample(alpha1, speed, spin=spin, **keys)
     table = Table(contents)
     drawn = table.sample(alpha1, speed, spin=spin, **keys)

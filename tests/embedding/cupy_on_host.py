@@ -43,6 +43,10 @@ class ndarray:  # noqa: N801  (CuPy's name)
     def get(self):
         return self.host.copy()
 
+    @property
+    def data(self):
+        return SimpleNamespace(ptr=self.host.ctypes.data)
+
 
 def _method(name):
     def method(self, *arguments, **keywords):
@@ -53,7 +57,7 @@ def _method(name):
     return method
 
 
-_OF_PYTHON = ("__len__", "__bool__", "__int__")
+_OF_PYTHON = ("__len__", "__bool__", "__int__", "__setitem__")
 _OF_ARRAYS = ("__getitem__", "__lt__", "__gt__", "__or__", "any", "argmax", "astype", "reshape")
 for _name in (*_OF_PYTHON, *_OF_ARRAYS):
     setattr(ndarray, _name, _method(_name))

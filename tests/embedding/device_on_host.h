@@ -15,9 +15,6 @@ struct place {
 } gridDim, blockDim, blockIdx, threadIdx;
 }
 
-using counter = unsigned long long;
-static inline void atomicMin(counter *least, counter x) { *least = x < *least ? x : *least; }
-static inline void atomicAdd(counter *sum, counter x) { *sum += x; }
 static inline void atomicAdd(double *sum, double x) { *sum += x; }
 
 /* The first thread, and the next one, until none is left. */

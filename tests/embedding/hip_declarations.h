@@ -35,9 +35,6 @@ struct hip_place {
 };
 extern const __device__ __attribute__((weak)) hip_place gridDim, blockDim, blockIdx, threadIdx;
 
-__device__ unsigned long long atomicMin(unsigned long long *, unsigned long long);
-__device__ unsigned long long atomicAdd(unsigned long long *, unsigned long long);
-
 int hipMalloc(void **, size_t);
 int hipMemcpy(void *, const void *, size_t, int);
 int hipFree(void *);

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import toolchain
 
-import sampler
+import sampler.numba
+from sampler.formats.channels import VARIABLES
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
 TABLES = sorted(path.stem for path in VECTORS.glob("*.rbt"))
@@ -40,17 +41,26 @@ def read_cases(name):
 
 def answer(table, kind, given, keys):
     """Give the code of a case, and its numbers or zeros, by the functions for compiled code."""
-    keys = np.uint64(keys[0]), np.uint64(keys[1]), np.uint32(keys[2])
-    given = [float(x) for x in given]
+    seed, index, hit = np.uint64(keys[0]), np.uint64(keys[1]), np.uint32(keys[2])
+    how, given = {"index": index, "hit": hit, "seed": seed}, [float(x) for x in given]
     if kind in ("draw", "spin-draw"):
-        out, spin = np.zeros(10), tuple(given[2:]) or None
-        return sampler.draw(table.handle, *given[:2], spin, *keys, out), out
-    out, (half_size, *others) = np.zeros(6), given[6:]
-    velocity, normal, wall = tuple(given[:3]), tuple(given[3:6]), tuple(others[:3])
-    roughness = others.pop(3) if "rough" in kind else 0.0
-    omega = tuple(others[3:]) or None
-    impact = velocity, normal, half_size, wall, roughness, omega
-    return sampler.rough_rebound(table.handle, *impact, *keys, out), out
+        out, places = (
+            np.zeros(len(table.columns)),
+            [VARIABLES.index(name) for name in table.columns],
+        )
+        how |= {"spin": tuple(given[2:])} if given[2:] else {}
+        code = sampler.numba.sample(table.handle, *given[:2], **how, out=out)
+    else:
+        out, places = np.zeros(6), range(6)
+        (half_size, *others), wall = given[6:], tuple(given[7:10])
+        how |= {"roughness": others.pop(3)} if "rough" in kind else {}
+        how |= {"omega": tuple(others[3:])} if others[3:] else {"fresh": not table.has_spin}
+        impact = tuple(given[:3]), tuple(given[3:6]), half_size, wall
+        code = sampler.numba.rebound(table.handle, *impact, **how, out=out)
+    assert np.isnan(out).all() == (code < 0)
+    every = np.zeros(len(VARIABLES))
+    every[places] = out if code >= 0 else 0.0
+    return code, every
 
 
 def check_vectors(program, *tolerance, vectors=VECTORS):

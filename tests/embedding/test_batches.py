@@ -1,4 +1,4 @@
-"""Batches in C: the results of calls one by one, up to the first error; and grains."""
+"""Many rows in one call of C: the results of one by one, whatever other rows are; and grains."""
 
 import numpy as np
 import pytest
@@ -19,11 +19,9 @@ LAWS = {
 }
 
 
-def record(kind, arrays, fresh=0, **flags):
-    """Make a record of conditions or impacts."""
-    found = kind(**{name: array.ctypes.data for name, array in arrays.items()}, **flags)
-    found.fresh_grains = fresh
-    return found
+def record(kind, arrays, rows=slice(None), **flags):
+    """Make a record of conditions, impacts or rebounds; arrays are not copied."""
+    return kind(**{name: array[rows].ctypes.data for name, array in arrays.items()}, **flags)
 
 
 def keys_and_grains(n, rng):
@@ -64,51 +62,41 @@ def kept(arrays, law, spin):
     return {k: v for k, v in arrays.items() if k not in (spin, "grain") or k in names}
 
 
-def one_grain(library, table, arrays, law, k):
-    """Grain of a row, for calls one by one, or None for that of the keys."""
-    if law != "fresh":
-        return arrays["grain"][k] if "grain" in arrays else None
-    grain = np.zeros(3)
-    key = SEED, int(arrays["index"][k]), int(arrays["hit"][k])
-    assert library.rbt_fresh_grain(table, *key, grain) == 0
-    return grain
+def sample(library, table, arrays, law, rows=slice(None)):
+    """Codes and states, and what the call returns."""
+    n, fresh = arrays["alpha1"][rows].size, LAWS[law][1]
+    states = np.full((n, library.rbt_components(table, None)), 7.0)
+    codes, only = np.full((2, n), 7, np.int32)
+    given = record(toolchain.Conditions, arrays, rows, fresh=fresh)
+    code = library.rbt_sample(table, n, given, SEED, states, codes)
+    assert library.rbt_sample(table, n, given, SEED, None, only) == code
+    np.testing.assert_array_equal(only, codes)
+    return code, codes, states
 
 
-def one_draw(library, table, arrays, law, k):
-    """Code and all ten variables."""
-    values = np.zeros(10)
-    alpha1, speed = arrays["alpha1"][k], arrays["speed"][k]
-    key, spin, grain = (SEED, int(arrays["index"][k]), int(arrays["hit"][k])), None, None
-    if law not in ("nodes", "first"):
-        spin = arrays["spin"][k] if "spin" in arrays else None
-        grain = one_grain(library, table, arrays, law, k)
-    return library.rbt_draw_all(table, alpha1, speed, spin, grain, *key, values), values
+def rebound(library, table, arrays, law, rows=slice(None), isotropic=0):
+    """Codes, velocities, angular velocities and works, and what the call returns."""
+    n, fresh = arrays["half_size"][rows].size, LAWS[law][1]
+    after = {"velocity": np.full((n, 3), 7.0), "omega": np.full((n, 3), 7.0)}
+    after |= {"works": np.full((n, 2), 7.0), "codes": np.full(n, 7, np.int32)}
+    given = record(toolchain.Impacts, arrays, rows, fresh=fresh, isotropic=isotropic)
+    report = record(toolchain.Rebounds, after)
+    code = library.rbt_rebound(table, n, given, SEED, report)
+    codes = after.pop("codes")
+    bad = np.flatnonzero(codes < 0)
+    assert (report.bad, report.first_bad) == (bad.size, bad[0] if bad.size else n)
+    flagged = [(codes[codes > 0] & flag > 0).sum() for flag in (1, 2, 4, 8)]
+    assert list(report.flagged) == flagged
+    return code, codes, np.hstack([*after.values()])
 
 
-def one_rebound(library, table, arrays, law, k, isotropic=0):
-    """Code, and velocity and angular velocity."""
-    after, key = np.full((2, 3), 7.0), (SEED, int(arrays["index"][k]), int(arrays["hit"][k]))
-    wall, omega = (arrays[n][k] if n in arrays else None for n in ("wall_velocity", "omega"))
-    motion = arrays["velocity"][k], arrays["normal"][k], arrays["half_size"][k], wall
-    roughness = arrays["roughness"][k] if "roughness" in arrays else 0.0
-    grain = one_grain(library, table, arrays, law, k)
-    library.rbt_keep_grains(table, law != "first")
-    walls = roughness, isotropic
-    code = library.rbt_rebound_grain(table, *motion, *walls, omega, grain, *key, *after)
-    library.rbt_keep_grains(table, 1)
-    return code, after
-
-
-def check_report(report, codes, code):
-    """Check code and report of a batch without an error."""
-    n, flags = len(codes), np.array(codes, dtype=int)
-    assert (report.row, code) == (n, np.bitwise_or.reduce(flags))
-    for flag, row, count in (
-        (1, report.clamped_row, report.clamped),
-        (2, report.extrapolated_row, report.extrapolated),
-    ):
-        flagged = np.flatnonzero(flags & flag)
-        assert (row, count) == (flagged[0] if flagged.size else n, flagged.size)
+def check_rows(call, library, table, arrays, law, n, **how):
+    """Check that rows have the results that each has by itself."""
+    code, codes, found = call(library, table, arrays, law, **how)
+    alone = [call(library, table, arrays, law, slice(k, k + 1), **how) for k in range(n)]
+    np.testing.assert_array_equal(codes, [one[0] for one in alone])
+    assert (found == np.array([one[2][0] for one in alone]).reshape(found.shape)).all()
+    assert code == np.bitwise_or.reduce(codes.astype(int), initial=0)
 
 
 @pytest.mark.parametrize("n", [0, 1, 31, 33, 200])
@@ -117,141 +105,138 @@ def check_report(report, codes, code):
     [("full", "nodes"), ("works", "nodes"), ("pruned", "nodes"), *(("spin", law) for law in LAWS)],
 )
 def test_draws_are_those_one_by_one(library, name, law, n):
-    arrays, report, columns = conditions(n, law), toolchain.Report(), np.zeros(10, np.int32)
-    given, ends = record(toolchain.Conditions, arrays, LAWS[law][1]), np.zeros(2)
     with toolchain.opened(library, VECTORS / f"{name}.rbt") as table:
-        one_by_one = [one_draw(library, table, arrays, law, k) for k in range(n)]
-        codes, values = [code for code, _ in one_by_one], np.array([v for _, v in one_by_one])
-        held = columns[: library.rbt_components(table, columns)]
-        expected = values.reshape(n, 10)[:, held]
-        states, singles = np.full((n, len(held)), 7.0), np.full((n, len(held)), 7.0, np.float32)
-        code = library.rbt_sample_batch(table, n, given, SEED, states, None, report)
-        assert library.rbt_sample_batch(table, n, given, SEED, None, singles, None) == code
-        np.testing.assert_array_equal(states, expected)
-        np.testing.assert_array_equal(singles, expected.astype(np.float32))
-        check_report(report, codes, code)
-        library.rbt_valid_speed(table, ends)
-        beyond = (arrays["speed"] < ends[0]) | (arrays["speed"] > ends[1])
-        assert report.extrapolated == beyond.sum()
-        if law in ("nodes", "own", "fresh"):
-            library.rbt_keep_grains(table, law != "fresh")
-            six, spin = np.zeros((n, 6)), arrays.get("spin")
-            rows = arrays["alpha1"], arrays["speed"], spin, SEED, arrays["index"], arrays["hit"]
-            assert library.rbt_draw_batch(table, n, *rows, six, None) == code
-            np.testing.assert_array_equal(six, values.reshape(n, 10)[:, :6])
+        check_rows(sample, library, table, conditions(n, law), law, n)
 
 
 @pytest.mark.parametrize("n", [0, 1, 31, 33, 200])
 @pytest.mark.parametrize(("wall", "rough", "flat"), [(1, 0, 1), (0, 1, 1), (0, 1, 0)])
 @pytest.mark.parametrize("law", LAWS)
 def test_rebounds_are_those_one_by_one(library, law, wall, rough, flat, n):
-    arrays, report = impacts(n, law, wall, rough), toolchain.Report()
-    given = record(toolchain.Impacts, arrays, LAWS[law][1], isotropic=1 - flat)
-    after = np.full((2, n, 3), 7.0)
-    with toolchain.opened(library, VECTORS / "spin.rbt") as table:
-        one_by_one = [one_rebound(library, table, arrays, law, k, 1 - flat) for k in range(n)]
-        code = library.rbt_rebound_batch(table, n, given, SEED, *after, report)
-        codes, expected = [c for c, _ in one_by_one], np.array([a for _, a in one_by_one])
-        expected = expected.reshape(n, 2, 3).transpose(1, 0, 2)
-        np.testing.assert_array_equal(after, expected)
-        check_report(report, codes, code)
+    arrays, how = impacts(n, law, wall, rough), {"isotropic": 1 - flat}
+    with toolchain.opened(library, VECTORS / "spin-works.rbt") as table:
+        arrays |= {"grain": np.tile([0.0, 0.8, 0.7], (n, 1))} if "grain" in arrays else {}
+        check_rows(rebound, library, table, arrays, law, n, **how)
+        expected = rebound(library, table, arrays, law, **how)[2]
         # results may take the place of arguments
-        places = arrays["velocity"], arrays.get("omega", after[1])
-        assert library.rbt_rebound_batch(table, n, given, SEED, *places, None) == code
-        np.testing.assert_array_equal(places, expected)
+        after = {"velocity": arrays["velocity"], "omega": arrays.get("omega", np.zeros((n, 3)))}
+        given = record(toolchain.Impacts, arrays, fresh=LAWS[law][1], isotropic=1 - flat)
+        library.rbt_rebound(table, n, given, SEED, record(toolchain.Rebounds, after))
+        np.testing.assert_array_equal(np.hstack([*after.values()]), expected[:, :6])
 
 
 @pytest.mark.parametrize(("name", "spins"), [("works", 0), ("spin-works", 0), ("spin-works", 1)])
 def test_works_are_those_of_the_draw(library, name, spins):
     """In a frame of the impact that is the lab's."""
-    motion, half_size, works = conditions(40, "own"), 2e-5, np.zeros(2)
+    n = 40
+    drawn = conditions(n, "own")
+    alpha1, speed, zero = drawn["alpha1"], drawn["speed"], np.zeros(n)
+    drawn["spin"] *= spins
+    velocity = np.stack([speed * np.cos(alpha1), -speed * np.sin(alpha1), zero], axis=1)
+    met = {"velocity": velocity, "normal": np.tile([0.0, 3.0, 0.0], (n, 1))}
+    met |= {"half_size": zero + 2e-5, "index": drawn["index"], "hit": drawn["hit"]}
+    met |= {"omega": drawn["spin"] * speed[:, None] / 2e-5} if spins else {}
+    law = "first" if name == "works" else "own"
+    drawn = drawn if law == "own" else {k: v for k, v in drawn.items() if k != "spin"}
+    columns = np.zeros(10, np.int32)
     with toolchain.opened(library, VECTORS / f"{name}.rbt") as table:
-        for k, (alpha1, speed) in enumerate(zip(motion["alpha1"], motion["speed"], strict=True)):
-            key = SEED, int(motion["index"][k]), int(motion["hit"][k])
-            spin = spins * motion["spin"][k] if name == "spin-works" else None
-            omega = spin * speed / half_size if spins else None
-            velocity = speed * np.array([np.cos(alpha1), -np.sin(alpha1), 0.0])
-            impact = velocity, np.array([0.0, 3.0, 0.0]), half_size, None
-            code, values = library.rbt_works(table, *impact, omega, *key, works), np.zeros(10)
-            assert library.rbt_draw_all(table, alpha1, speed, spin, None, *key, values) == code >= 0
-            np.testing.assert_allclose(works, 0.5 * speed**2 * values[8:], rtol=1e-4)
-            assert k > 0 or works.min() > 0.0
-        assert library.rbt_works(table, -velocity, *impact[1:], omega, *key, works) == -2
+        held = columns[: library.rbt_components(table, columns)].tolist()
+        states = sample(library, table, drawn, law)[2][:, [held.index(8), held.index(9)]]
+        works = rebound(library, table, met, law)[2][:, 6:]
+    np.testing.assert_allclose(works, 0.5 * speed[:, None] ** 2 * states, rtol=1e-4)
+    assert (works >= 0.0).all()
+    assert (works.max(axis=0) > 0.0).all()
 
 
 @pytest.mark.parametrize("bad", [0, 31, 33])
 @pytest.mark.parametrize(
     ("law", "name", "value", "code"),
     [
-        ("nodes", "alpha1", np.nan, -1), ("nodes", "alpha1", -1.0, -2), ("nodes", "speed", 0.0, -3),
-        ("own", "spin", np.inf, -1), ("own", "spin", 1e200, -1), ("own", "speed", 0.0, -3),
-        ("given", "grain", 99.0, -32), ("nodes", "velocity", np.nan, -1),
-        ("nodes", "wall_velocity", None, -2), ("nodes", "normal", 0.0, -4),
-        ("own", "half_size", 1e-310, -5), ("own", "roughness", np.nan, -8),
-        ("own", "roughness", -1e-300, -8), ("nodes", "roughness", 0.5000001, -8),
-        ("own", "omega", np.inf, -1), ("unspun", "grain", 0.3, -32),
+        ("nodes", "alpha1", np.nan, -2), ("nodes", "alpha1", -1.0, -3), ("nodes", "speed", 0.0, -4),
+        ("own", "spin", np.inf, -2), ("own", "spin", 1e200, -2), ("own", "speed", 0.0, -4),
+        ("given", "grain", 99.0, -11), ("nodes", "velocity", np.nan, -2),
+        ("nodes", "wall_velocity", None, -3), ("nodes", "normal", 0.0, -5),
+        ("own", "half_size", 9e-10, -6), ("own", "half_size", 0.11, -6),
+        ("own", "roughness", np.nan, -7), ("own", "roughness", -1e-300, -7),
+        ("nodes", "roughness", 0.5000001, -7), ("own", "omega", np.inf, -2),
+        ("unspun", "grain", 0.3, -11),
     ],
 )  # fmt: skip
-def test_a_batch_stops_before_the_first_error(library, bad, law, name, value, code):
-    n, report = 70, toolchain.Report()
+def test_a_row_with_an_error_is_nan_and_leaves_the_others_alone(
+    library, bad, law, name, value, code
+):
     draws = name in ("alpha1", "speed", "spin") or law == "given"
     rough = name in ("roughness", "grain")
-    arrays = conditions(n, law) if draws else impacts(n, law, rough=rough)
-    kind = toolchain.Conditions if draws else toolchain.Impacts
-    whole, found = np.full((2, 2, n, 3), 7.0)
+    arrays = conditions(70, law) if draws else impacts(70, law, rough=rough)
+    call = sample if draws else rebound
     with toolchain.opened(library, VECTORS / "spin.rbt") as table:
-
-        def run(results):
-            given = record(kind, arrays)
-            if draws:  # a state of this table has three columns
-                where = results[0], None
-                return library.rbt_sample_batch(table, n, given, SEED, *where, report)
-            return library.rbt_rebound_batch(table, n, given, SEED, *results, report)
-
-        assert run(whole) >= 0
-        for row in (bad, 60):  # only the first is reported
+        whole = call(library, table, arrays, law)[2]
+        for row in (bad, 60):
             # a wall that flees from the particle
             arrays[name][row] = -1e4 * arrays["normal"][row] if value is None else value
-        assert (run(found), report.row) == (code, bad)
-        one = one_draw if draws else one_rebound
-        alone, values = one(library, table, arrays, law, bad)
-    assert alone == code
-    assert np.isin(values, (0.0, 7.0)).all()
-    np.testing.assert_array_equal(found[:, :bad], whole[:, :bad])
-    assert (found[:, bad:] == 7.0).all()
+        first, codes, found = call(library, table, arrays, law)
+    assert first == code
+    assert np.flatnonzero(codes < 0).tolist() == [bad, 60]
+    assert np.isnan(found[[bad, 60]]).all()
+    good = codes >= 0
+    np.testing.assert_array_equal(found[good], whole[good])
+
+
+@pytest.mark.parametrize("call", ["sample", "rebound"])
+def test_what_is_missing_is_an_error_and_nothing_is_written(library, call):
+    arrays = conditions(3, "given") if call == "sample" else impacts(3, "given", rough=True)
+    required = {"sample": {"alpha1", "speed"}, "rebound": {"velocity", "normal", "half_size"}}[call]
+    missing, states = [], np.full((3, 6), 7.0)
+    with toolchain.opened(library, VECTORS / "spin.rbt") as table:
+
+        def run(arrays, at=table):
+            if call == "sample":
+                given = record(toolchain.Conditions, arrays)
+                return library.rbt_sample(at, 3, given, SEED, states, None)
+            given, after = record(toolchain.Impacts, arrays), toolchain.Rebounds()
+            after.velocity = states.ctypes.data
+            return library.rbt_rebound(at, 3, given, SEED, after)
+
+        assert run(arrays, None) == -1
+        assert (states == 7.0).all()
+        for name in arrays:
+            code = run({k: v for k, v in arrays.items() if k != name})
+            missing += [name] * (code == -1)
+            assert code in (-1, *range(16))
+        records = (library.rbt_sample, (states, None)), (library.rbt_rebound, (None,))
+        for function, results in records:
+            assert function(table, 3, None, SEED, *results) == -1
+        assert library.rbt_grains(table, 3, SEED, None, None, states) == -1
+        assert library.rbt_grains(table, 3, SEED, arrays["index"], None, None) == -1
+    assert set(missing) == required | {"index", "hit"}
+    assert [library.rbt_components(None, None), library.rbt_has_spin_law(None)] == [0, 0]
+    assert (library.rbt_covered(None, None), library.rbt_pair(None)) == (-1, b"")
+    assert library.rbt_mean_half_size(None, 1.0) == 0.0
 
 
 def test_grains(library):
-    """Kept unless told otherwise; that of a batch is the one that a particle keeps."""
-    n, (many, own, kept_, fresh, unkept) = 300, np.zeros((5, 300, 3))
-    index = np.arange(n, dtype=np.uint64)
+    """Kept from hit to hit; with hits, another one at each."""
+    n = 300
+    index, hit = np.arange(n, dtype=np.uint64), np.full(n, 3, np.uint32)
+    kept_, fresh, one = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((1, 3))
     with toolchain.opened(library, VECTORS / "spin.rbt") as table:
-        assert library.rbt_grains_batch(table, n, SEED, index, many) == 0
-        for k in range(n):
-            assert library.rbt_grain(table, SEED, k, 0, own[k]) == 0
-            assert library.rbt_grain(table, SEED, k, 3, kept_[k]) == 0
-            assert library.rbt_fresh_grain(table, SEED, k, 3, fresh[k]) == 0
-        library.rbt_keep_grains(table, 0)
-        for k in range(n):
-            assert library.rbt_grain(table, SEED, k, 3, unkept[k]) == 0
-    np.testing.assert_array_equal(many, own)
-    np.testing.assert_array_equal(kept_, own)
-    np.testing.assert_array_equal(unkept, fresh)
-    assert (fresh[:, 1] != own[:, 1]).any()
-    assert set(own[:, 0]) == {0.0, 4.0}
+        assert library.rbt_grains(table, n, SEED, index, None, kept_) == 0
+        assert library.rbt_grains(table, n, SEED, index, hit, fresh) == 0
+        assert library.rbt_grains(table, 1, SEED, index[7:], None, one) == 0
+    np.testing.assert_array_equal(one[0], kept_[7])
+    assert (fresh[:, 1] != kept_[:, 1]).any()
+    assert set(kept_[:, 0]) == {0.0, 4.0}
 
 
 def test_a_table_without_a_spin_law_refuses_spins_and_grains(library):
-    arrays, report = conditions(40, "given"), toolchain.Report()
-    state, grain, six = np.full(6, 7.0), np.full(3, 7.0), np.full((40, 6), 7.0)
+    """Row by row; a rebound has to ask for fresh grains."""
     with toolchain.opened(library, VECTORS / "full.rbt") as table:
-        given = record(toolchain.Conditions, arrays)
-        assert library.rbt_sample_batch(table, 40, given, SEED, six, None, report) == -9
-        assert library.rbt_draw(table, 0.5, 100.0, np.zeros(3), 1, 2, 3, state) == -9
-        assert library.rbt_draw(table, 0.5, 0.0, np.zeros(3), 1, 2, 3, state) == -3
-        for call in (library.rbt_grain, library.rbt_fresh_grain):
-            assert call(table, 1, 2, 3, grain) == -9
-        assert library.rbt_grains_batch(table, 1, 1, arrays["index"], grain) == -9
-        assert library.rbt_sample_batch(table, 0, given, SEED, six, None, None) == 0
-    assert report.row == 0
-    assert (np.concatenate([state, grain, six.ravel()]) == 7.0).all()
+        for call, arrays in ((sample, conditions(40, "given")), (rebound, impacts(40, "nodes"))):
+            code, codes, found = call(library, table, arrays, "nodes")
+            assert code == -10
+            assert (codes == -10).all()
+            assert np.isnan(found).all()
+        assert rebound(library, table, impacts(40, "first"), "first")[0] >= 0
+        grain, index = np.full((1, 3), 7.0), np.zeros(1, np.uint64)
+        assert library.rbt_grains(table, 1, SEED, index, None, grain) == -10
+    assert (grain == 7.0).all()

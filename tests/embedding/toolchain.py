@@ -12,10 +12,7 @@ import numpy as np
 import pytest
 
 from sampler.files import include_directory
-from sampler.library import _Conditions as Conditions
-from sampler.library import _Impacts as Impacts
-from sampler.library import _Report as Report
-from sampler.library import library
+from sampler.library import Conditions, Impacts, Rebounds, library
 
 INCLUDE = include_directory()
 MODULE = INCLUDE / "rebound_sampler.f90"
@@ -109,37 +106,26 @@ def load_library(source, flags=()):
 def declared(path):
     """Load a library and declare the functions of the header, which take numpy arrays."""
     library = ctypes.CDLL(str(path))
-    reals, integers, singles = map(_array, (np.float64, np.int32, np.float32))
+    reals, integers = map(_array, (np.float64, np.int32))
     table, size, seed, real = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint64, ctypes.c_double
-    key, keys = (seed, seed, ctypes.c_uint32), (seed, _array(np.uint64), _array(np.uint32))
-    report, after, motion = ctypes.POINTER(Report), (reals, reals), (reals, reals, real, reals)
+    index, hit, record = _array(np.uint64), _array(np.uint32), ctypes.POINTER
     for name, arguments in {
-        "rbt_open": (ctypes.c_char_p, ctypes.POINTER(table)),
-        "rbt_open_memory": (ctypes.c_void_p, size, ctypes.POINTER(table)),
+        "rbt_open": (ctypes.c_char_p, record(table)),
+        "rbt_open_memory": (ctypes.c_void_p, size, record(table)),
         "rbt_close": (table,),
         "rbt_strerror": (ctypes.c_int,),
         "rbt_pair": (table,),
-        "rbt_alpha_range": (table, reals),
-        "rbt_speed_range": (table, reals),
-        "rbt_valid_speed": (table, reals),
+        "rbt_covered": (table, reals),
         "rbt_components": (table, integers),
         "rbt_has_spin_law": (table,),
-        "rbt_keep_grains": (table, ctypes.c_int),
-        "rbt_grain": (table, *key, reals),
-        "rbt_fresh_grain": (table, *key, reals),
-        "rbt_grains_batch": (table, size, *keys[:2], reals),
-        "rbt_draw": (table, real, real, reals, *key, reals),
-        "rbt_draw_all": (table, real, real, reals, reals, *key, reals),
-        "rbt_draw_batch": (table, size, reals, reals, reals, *keys, reals, report),
-        "rbt_sample_batch": (table, size, ctypes.POINTER(Conditions), seed, reals, singles, report),
-        "rbt_rebound": (table, *motion, reals, *key, *after),
-        "rbt_works": (table, *motion, reals, *key, reals),
-        "rbt_rough_rebound": (table, *motion, real, reals, *key, *after),
-        "rbt_rebound_grain": (table, *motion, real, ctypes.c_int, reals, reals, *key, *after),
-        "rbt_rebound_batch": (table, size, ctypes.POINTER(Impacts), seed, *after, report),
+        "rbt_grains": (table, size, seed, index, hit, reals),
+        "rbt_sample": (table, size, record(Conditions), seed, reals, integers),
+        "rbt_rebound": (table, size, record(Impacts), seed, record(Rebounds)),
+        "rbt_mean_half_size": (table, real),
         "rbt_wall_tilt": (real, real, real, real, reals),
     }.items():
         getattr(library, name).argtypes = arguments
+    library.rbt_mean_half_size.restype = real
     library.rbt_pair.restype = library.rbt_strerror.restype = ctypes.c_char_p
     return library
 

@@ -90,21 +90,19 @@ def read_fields(case, time, cloud="colliding"):
     return fields
 
 
-def rebound(table, velocity, normal, omega, with_spin=True, **keys):
-    """`Table.rebound` of grains of these parcels, by the law that the plugin takes by default."""
-    before = {"omega": omega} if with_spin and table.has_spin else {}
-    return table.rebound(velocity, normal, HALF_SIZE, seed=SEED, **before, **keys)
+def rebound(table, velocity, normal, **given):
+    """`Table.rebound` of grains of these parcels."""
+    return table.rebound(velocity, normal, HALF_SIZE, seed=SEED, **given)
 
 
-def first_rebound(table, shots, with_spin=True):
+def first_rebound(table, shots):
     """Draw in Python for the first wall of each parcel: velocities and angular velocities."""
     return rebound(
         table,
         shots.velocity,
         NORMAL[shots.wall],
-        np.zeros(3),
-        with_spin,
         index=np.arange(len(shots.velocity)),
+        hit=0,
         wall_velocity=WALL_VELOCITY[shots.wall],
     )
 
@@ -116,14 +114,17 @@ def states(shots, fields):
     return states_of(before, NORMAL[shots.wall], after, fields["omega"], straight)
 
 
-def replay(table, started, end, roughness=None, isotropic=False, **flight):
-    """Follow parcels through the box in Python; arguments and result as of `free_flight.fly`."""
+def replay(table, started, end, spin=True, roughness=None, isotropic=False, **flight):
+    """Follow parcels through the box in Python; arguments and result as of `free_flight.fly`.
+
+    Without `spin` they come to each wall without the one that they have.
+    """
 
     def at_wall(rows, normal, velocity, omega, hits):
-        lid = (normal[:, 1] < 0.0).astype(int)
-        keys = {"index": rows, "hit": hits, "wall_velocity": WALL_VELOCITY[lid]}
-        keys |= {"roughness": roughness, "isotropic": isotropic}
-        return rebound(table, velocity, normal, omega, **keys)
+        wall = WALL_VELOCITY[(normal[:, 1] < 0.0).astype(int)]
+        given = {"wall_velocity": wall, "omega": omega if spin else None, "index": rows}
+        given |= {"roughness": roughness, "isotropic": isotropic, "hit": hits}
+        return rebound(table, velocity, normal, **given)
 
     start, box = (started.position, started.velocity), (LOWER, UPPER)
     return fly(start, end, box, at_wall, **flight)

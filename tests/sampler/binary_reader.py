@@ -5,14 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from sampler.formats.binary_layout import (
-    ARRAYS,
-    HEADER_DTYPE,
-    INERTIA_ARRAYS,
-    LAW_ARRAYS,
-    SPIN_ARRAYS,
-    SPIN_WORKS,
-)
+from sampler.formats.binary_layout import ARRAYS, HEADER_DTYPE
+from sampler.formats.bounds import expert_stride
 
 
 def read_binary(path):
@@ -20,13 +14,9 @@ def read_binary(path):
     data = Path(path).read_bytes()
     header = np.frombuffer(data[: HEADER_DTYPE.itemsize], HEADER_DTYPE)[0]
     cells = max(int(header["n_alpha"]) - 1, 1) * max(int(header["n_speed"]) - 1, 1)
-    known = {"n_cells": cells, "n_outcomes": 6, "expert_stride": 160}
-    if header["flags"] & SPIN_WORKS:
-        known |= {"n_outcomes": 8, "expert_stride": 224}
+    known = {"n_cells": cells, "expert_stride": expert_stride(int(header["n_outcomes"]))}
     arrays = {}
-    spin = (SPIN_ARRAYS + INERTIA_ARRAYS) * bool(header["n_shapes"])
-    spin += LAW_ARRAYS * bool(header["n_laws"])
-    for array in ARRAYS + spin:
+    for array in (array for array in ARRAYS if header[array.count]):
         dims = (
             known[d] if d in known else header[d] if isinstance(d, str) else d for d in array.dims
         )

@@ -132,10 +132,8 @@ def reference_grain(contents, seed, index, hit=0):
 
 
 def reference_moments(contents, grain):
-    """Largest and smallest moment of inertia of a grain over m a^2; bounds in an older file."""
+    """Largest and smallest moment of inertia of a grain over m a^2."""
     code, beta, gamma = grain
-    if "spin/shape_inertia" not in contents.datasets:
-        return 2.0 / 3.0, 0.0
     row = list(contents["spin/shape_codes"]).index(code)
     g1, g3 = contents["spin/shape_inertia"][row]
     return g1 * (1.0 + beta**2), g3 * beta**2 * (1.0 + gamma**2)
@@ -195,10 +193,8 @@ def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
     alphas, speeds = np.deg2rad(contents["spin/alpha_range_deg"]), contents["spin/speed_range"]
     factor = math.sqrt(1.0 + 2.0 / 3.0 * sum(x * x for x in spin))
     turn = -1.0 if spin[0] < 0.0 else 1.0
-    divisor, square = factor, sum(x * x for x in spin)
-    if "spin/spin_range" in contents.datasets:
-        most = contents["spin/spin_range"][1] ** 2
-        divisor = (1.0 + min(square, most)) ** 0.25 * math.sqrt(max(square / most, 1.0))
+    square, most = sum(x * x for x in spin), contents["spin/spin_range"][1] ** 2
+    divisor = (1.0 + min(square, most)) ** 0.25 * math.sqrt(max(square / most, 1.0))
     sigma = np.array([turn * spin[0], turn * spin[1], spin[2]]) / divisor
     k, n = contents["spin/speed_coordinate"]
     effective = min(max(speed * factor, speeds[0]), speeds[1])

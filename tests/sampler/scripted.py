@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sampler.files import include_directory
-from sampler.library import OpenTable
+from sampler.library import Conditions, OpenTable
 
 sys.path.insert(0, str(include_directory()))
 import build
@@ -53,15 +53,13 @@ class Scripted:
     def draw(self, alpha1, speed, words):
         """Draw from eight words of channels, which are numbers 0 to 7 and 9 of the blocks."""
         self._words[:] = [int(word) for word in words[:8]] + [0] * 4
-        state = np.empty(6)
-        code = self._library.rbt_draw(
-            ctypes.c_void_p(self._table.handle),
-            ctypes.c_double(alpha1),
-            ctypes.c_double(speed),
-            None,
-            ctypes.c_uint64(0),
-            ctypes.c_uint64(0),
-            ctypes.c_uint32(0),
-            ctypes.c_void_p(state.ctypes.data),
+        index, hit, state = np.zeros(1, np.uint64), np.zeros(1, np.uint32), np.empty(6)
+        given = np.array([alpha1]), np.array([speed]), index, hit
+        at = dict(
+            zip(("alpha1", "speed", "index", "hit"), (x.ctypes.data for x in given), strict=True)
         )
+        address = ctypes.c_void_p(state.ctypes.data)
+        record, table = Conditions(**at), ctypes.c_void_p(self._table.handle)
+        one, seed = ctypes.c_size_t(1), ctypes.c_uint64(0)
+        code = self._library.rbt_sample(table, one, ctypes.byref(record), seed, address, None)
         return code, state

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.special import ndtr
 
+from sampler.formats.channels import CHANNELS, STATE
 from sampler.formats.hdf5 import TableContents
 
 ALPHA_DEG = np.array([20.0, 50.0, 90.0])
@@ -152,5 +153,10 @@ def make_contents(datasets=None, **changes):
         "config": 'name = "made-up"\n',
         "seed": 2**64 - 1,
         "software_version": "0.0-test",
+        "variables": STATE,
+        "channels": CHANNELS[:6],
+        "speed_independent": False,
+        "omega": "departure",
+        "least_inertia": 0.0,
     }
     return TableContents(datasets=datasets or make_datasets(), **(attributes | changes))

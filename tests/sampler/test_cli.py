@@ -133,12 +133,13 @@ def test_states_are_those_of_the_table(draw, table, seed):
 
 def test_outside_is_noted_or_refused(draw, refuse, words, tmp_path, table):
     state, note = draw(alpha=10)
-    assert "10 deg, 150 m/s is outside the table (20 to 90 deg, 50 to 300 m/s)" in note
+    assert "--alpha: got an impact at 10 deg, 150 m/s, allowed: 20 to 90 deg, 50 to 300" in note
     expected = table.sample(table.alpha_range[0], 150.0, seed=1, index=range(100))
     np.testing.assert_array_equal(state, expected)
     (tmp_path / "out.npz").unlink()
     line = refuse("sampler", *words(speed=300.0001, outside="raise"))
-    assert line == "--speed: got 300.0001, allowed: 20 to 90 deg, 50 to 300 m/s"
+    said = "--speed: got an impact at 30 deg, 300.0001 m/s, allowed: 20 to 90 deg, 50 to 300 m/s, "
+    assert line == f"{said}the range of the table made-up"
 
 
 @pytest.mark.parametrize(
@@ -169,11 +170,11 @@ def test_spin_is_that_of_the_table_in_python(call, refuse, tmp_path, contents, t
     spin = ["--spin", 0.1, -0.2, -0.8]
     assert call("sampler", "draw", path, *given, *spin).status == 0
     expected = sampler.Table(spinning).sample(
-        np.deg2rad(30.0), 150.0, spin=spin[1:], seed=1, index=range(20)
+        np.deg2rad(30.0), 150.0, spin=spin[1:], seed=1, index=range(20), hit=0
     )
     np.testing.assert_array_equal(np.load(output)["state"], expected)
     line = refuse("sampler", "draw", table_path, *given, *spin)
-    assert line == "--spin: got one, allowed: none, for the table has no spin law"
+    assert line == "--spin: is given, but the table made-up has no spin law: leave it out"
 
 
 def test_the_process_ends_with_the_status(words):
@@ -218,7 +219,9 @@ def test_the_list_names_everything(call, program):
     assert sorted(found["tables"]) == available(".h5")
     assert sorted([*found["pairs"], *found["scenes"]]) == available(".toml")
     assert sorted(found["measurements"]) == available(".csv")
-    assert found["tables"]["corundum-steel"].startswith("0.5 to 90 degrees, 5 to 300 m/s, u v w")
+    assert found["tables"]["corundum-steel"].startswith(
+        "0.5 to 90 deg, 5 to 300 m/s, spin to 10, u v"
+    )
     assert found["pairs"]["corundum-steel"] == "synthetic corundum on steel St3"
 
 
@@ -228,7 +231,8 @@ def test_the_list_in_json_says_what_the_files_say(call):
         table = sampler.load(name)
         assert facts["pair"] == table.pair
         assert facts["components"] == list(table.columns)
-        assert facts["speed"] == list(table.speed_range)
+        assert facts["covers"] == str(table.covered)
+        assert (facts["speed"] is None) == table.speed_independent
         assert facts["bytes"] == find_table(name).stat().st_size
     assert found["scenes"]["no-spin"]["domain"] == {"components": ["u", "v"]}
 

@@ -9,6 +9,7 @@ from scripted import Scripted, build_scripted
 from synthetic_table import ALPHA_DEG, HALF, SPEED, make_contents, make_datasets
 
 import sampler
+from sampler import errors
 from sampler.formats.channels import VARIABLES
 from sampler.formats.image import header_of, table_image
 from sampler.library import OpenTable
@@ -42,7 +43,7 @@ def script(library):
 def _check(contents, draw, alpha1, speed, words):
     """A draw is that of the specification."""
     code, state = draw(alpha1, speed, words)
-    assert code == sampler.OK
+    assert code == errors.OK
     expected = reference_draw(contents, alpha1, speed, words)
     np.testing.assert_allclose(state, expected, rtol=0, atol=TOLERANCE)
 
@@ -148,36 +149,33 @@ def test_reflection_has_the_stored_probability(script, stored):
 
 
 @pytest.mark.parametrize(
-    ("alpha1", "speed", "nearest"),
+    ("alpha1", "speed", "nearest", "flags"),
     [
-        (1e-9, 100.0, (np.deg2rad(20.0), 100.0)),
-        (0.5, 1e-9, (0.5, 50.0)),
-        (0.5, 1e9, (0.5, 300.0)),
-        (0.1, 301.0, (np.deg2rad(20.0), 300.0)),
+        (1e-9, 100.0, (np.deg2rad(20.0), 100.0), errors.ANGLE),
+        (0.5, 1e-9, (0.5, 50.0), errors.SPEED),
+        (0.5, 1e9, (0.5, 300.0), errors.SPEED),
+        (0.1, 301.0, (np.deg2rad(20.0), 300.0), errors.ANGLE | errors.SPEED),
     ],
 )
-def test_outside_takes_the_nearest_condition(table, alpha1, speed, nearest):
-    state, expected = np.empty(6), np.empty(6)
-    assert sampler.draw(table.handle, alpha1, speed, None, 1, 2, 3, state) == sampler.CLAMPED
-    assert sampler.draw(table.handle, *nearest, None, 1, 2, 3, expected) == sampler.OK
+def test_outside_takes_the_nearest_condition(script, contents, alpha1, speed, nearest, flags):
+    draw = script(contents)
+    (code, state), (inside, expected) = draw(alpha1, speed, MIDDLE), draw(*nearest, MIDDLE)
+    assert (code, inside) == (flags, errors.OK)
     np.testing.assert_array_equal(state, expected)
 
 
-def test_rounding_at_the_edge_is_not_outside(table):
-    state = np.empty(6)
+def test_rounding_at_the_edge_is_not_outside(script, contents):
+    draw = script(contents)
     for alpha1 in (np.nextafter(np.deg2rad(20.0), 0.0), np.nextafter(np.pi / 2, 2.0)):
-        assert (
-            sampler.draw(table.handle, alpha1, 300.0 * (1 + 1e-15), None, 1, 2, 3, state)
-            == sampler.OK
-        )
+        assert draw(alpha1, 300.0 * (1 + 1e-15), MIDDLE)[0] == errors.OK
 
 
 def test_axis_of_one_node(script):
     datasets = make_datasets(alpha_deg=ALPHA_DEG[1:2], speed=SPEED[:1])
     contents = make_contents(datasets)
     code, state = script(contents)(np.deg2rad(50.0), 50.0, MIDDLE)
-    assert code == sampler.OK
-    assert script(contents)(np.deg2rad(51.0), 50.0, MIDDLE)[0] == sampler.CLAMPED
+    assert code == errors.OK
+    assert script(contents)(np.deg2rad(51.0), 50.0, MIDDLE)[0] == errors.ANGLE
     # A cell whose four corners are that node must say the same.
     wide = make_datasets(alpha_deg=[40.0, 50.0], speed=[50.0, 60.0])
     for path, values in datasets.items():
@@ -201,7 +199,7 @@ def test_extreme_quantiles_keep_the_physics(script):
     for words in itertools.product((0, 0x7FFFFFFF, 0xFFFFFFFF), repeat=5):
         w = [words[0], words[1], words[2], words[3], 5, words[4], 6, 7]
         code, state = draw(0.8, 77.0, w)
-        assert code == sampler.OK
+        assert code == errors.OK
         assert np.isfinite(state).all()
         assert state[1] > 0.0
         assert (state[:3] ** 2).sum() <= 1.0

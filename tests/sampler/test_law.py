@@ -50,11 +50,12 @@ class TestLaw:
             assert part.max() > 6.0
 
     def test_shapes_and_repetition(self, table):
-        alpha1, speed = np.array([[0.4], [0.7]]), np.array([60.0, 100.0, 200.0])
+        alpha1, speed = np.array([[0.4], [0.7]]), np.array([[60.0, 100.0, 200.0]])
         mean = table.mean(alpha1, speed)
         assert mean.shape == table.std(alpha1, speed).shape == (2, 3, 6)
         np.testing.assert_array_equal(mean[1, 1], table.mean(0.7, 100.0))
-        grid = table.quantile(np.array([0.1, 0.5, 0.1])[:, None, None], "v", alpha1, speed)
+        p = np.array([0.1, 0.5, 0.1])[:, None, None]
+        grid = table.quantile(p, "v", alpha1[None], speed[None])
         assert grid.shape == (3, 2, 3)
         np.testing.assert_array_equal(grid[0], grid[2])
         assert (grid[0] < grid[1]).all()
@@ -62,17 +63,22 @@ class TestLaw:
         assert table.mean([], 100.0).shape == (0, 6)
 
     def test_outside_and_refusals(self, table, table_path):
-        with pytest.warns(OutsideTableWarning, match="speed: got 20 m/s at row 1") as told:
+        with pytest.warns(
+            OutsideTableWarning, match=r"speed: got an impact at .* 20 m/s at row 1"
+        ) as told:
             table.mean(0.7, [100.0, 20.0])
         assert told[0].filename == __file__
-        assert table.clamped == 1
+        assert table.counts["speed"] == 1
         np.testing.assert_array_equal(table.mean(0.7, 20.0), table.mean(0.7, 50.0))
         for call, message in (
             (lambda: table.mean([0.7, np.nan], 100.0), "alpha1: got nan at row 1 .*, allowed: fin"),
             (lambda: table.quantile([0.5, 1.5], "v", 0.7, 100.0), "p: got 1.5 at index 1, allowed"),
             (lambda: table.quantile(0.5, "x", 0.7, 100.0), "variable: got 'x', allowed: one of u"),
             (lambda: table.quantile([0.5] * 3, "v", [0.7] * 2, 100.0), r"alpha1: got shape \(2,"),
-            (lambda: sampler.load(table_path, outside="raise").std(0.7, 20.0), "speed: got 20 m/s"),
+            (
+                lambda: sampler.load(table_path, outside="raise").std(0.7, 20.0),
+                "speed: got an impact at .* 20 m/s",
+            ),
         ):
             with pytest.raises(InputError, match=message):
                 call()

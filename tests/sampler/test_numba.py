@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -10,26 +11,23 @@ import pytest
 from impacts import impacts
 from numba.core.errors import TypingError
 
-import sampler
+import sampler.numba
+from sampler import errors
 
+SPINNING = Path(__file__).resolve().parents[1] / "vectors" / "spin-works.h5"
 ALLOWED = "allowed: a writable float64 array of one dimension"
 
 
-def _draw(handle, seed, index, hit, out):
-    return sampler.draw(handle, 0.7, 100.0, None, seed, index, hit, out)
+def _sample(handle, **given):
+    return sampler.numba.sample(handle, 0.7, 100.0, **given)
 
 
-def _rebound(handle, seed, index, hit, out):
-    motion = ((60.0, -80.0, 0.0), (0.0, 1.0, 0.0), 1e-5, (0.0, 0.0, 0.0))
-    return sampler.rebound(handle, *motion, None, seed, index, hit, out)
+def _rebound(handle, **given):
+    return sampler.numba.rebound(handle, (60.0, -80.0, 0.0), (0.0, 1.0, 0.0), 1e-5, **given)
 
 
-def _rough_rebound(handle, seed, index, hit, out):
-    motion = ((60.0, -80.0, 0.0), (0.0, 1.0, 0.0), 1e-5, (0.0, 0.0, 0.0))
-    return sampler.rough_rebound(handle, *motion, 0.1, None, seed, index, hit, out)
-
-
-FUNCTIONS = (_draw, _rebound, _rough_rebound)
+def _given(out, **others):
+    return {"index": 2, "hit": 3, "seed": 1, "out": out} | others
 
 
 def _frozen():
@@ -41,78 +39,67 @@ def _frozen():
 #: What stands where an array for the result should.
 OUTPUTS = {
     "2d": np.zeros((2, 3)),
-    "column": np.zeros((6, 1)),
     "0d": np.zeros(()),
     "float32": np.zeros(6, dtype=np.float32),
-    "int64": np.zeros(6, dtype=np.int64),
     "complex": np.zeros(6, dtype=complex),
     "read-only": _frozen(),
     "tuple": (0.0,) * 6,
 }
-KEYS = {
-    f"{name}={value}": {name: value}
-    for name in ("seed", "index", "hit")
-    for value in (1.0, float("nan"), True, None)
-}
 
 
-def each(mistakes):
-    """Every mistake with the first function, and the first with each: all have the same checks."""
-    return [
-        pytest.param(function, mistake, id=f"{function.__name__}-{name}")
-        for function in FUNCTIONS
-        for k, (name, mistake) in enumerate(mistakes.items())
-        if k == 0 or function is FUNCTIONS[0]
-    ]
-
-
-@pytest.mark.parametrize(("function", "out"), each(OUTPUTS))
+@pytest.mark.parametrize("function", [_sample, _rebound])
+@pytest.mark.parametrize("out", OUTPUTS.values(), ids=OUTPUTS)
 def test_outputs_of_another_type_do_not_compile(table, function, out):
     with pytest.raises(TypingError, match=ALLOWED) as refused:
-        function(table.handle, 1, 2, 3, out)
-    assert f": got {numba.typeof(out)}, {ALLOWED}" in str(refused.value)
+        function(table.handle, **_given(out))
+    assert f"out: got {numba.typeof(out)}, {ALLOWED}" in str(refused.value)
 
 
-@pytest.mark.parametrize(("function", "wrong"), each(KEYS))
-def test_keys_that_are_no_integers_do_not_compile(table, function, wrong):
-    (name,) = wrong
-    keys = {"seed": 1, "index": 2, "hit": 3} | wrong
-    with pytest.raises(TypingError, match=f"{name}: got .*, allowed: an integer"):
-        function(table.handle, *keys.values(), np.zeros(6))
+@pytest.mark.parametrize("function", [_sample, _rebound])
+@pytest.mark.parametrize(
+    ("wrong", "allowed"),
+    [(dict.fromkeys((name,), value), "an integer")
+        for name in ("seed", "index", "hit") for value in (1.0, True)]
+    + [({"grain": 4.0}, "a tuple of three numbers, or None"), ({"fresh": 1}, "True or False")],
+)  # fmt: skip
+def test_other_types_do_not_compile(table, function, wrong, allowed):
+    with pytest.raises(TypingError, match=f"{next(iter(wrong))}: got .*, allowed: {allowed}"):
+        function(table.handle, **_given(np.zeros(6), **wrong))
 
 
-def test_compiled_callers_get_the_same_error(table):
-    draw = sampler.draw
-
-    @numba.njit
-    def caller(handle, states):
-        return draw(handle, 0.7, 100.0, None, 1, 2, 3, states)
-
-    with pytest.raises(TypingError, match=ALLOWED):
-        caller(table.handle, np.zeros((2, 3)))
-    state = np.zeros((2, 6))
-    assert numba.njit(lambda handle, row: draw(handle, 0.7, 100.0, None, 1, 2, 3, row))(
-        table.handle, state[1]
-    ) in (sampler.OK, sampler.CLAMPED)
-    assert (state[0] == 0.0).all()
-    assert state[1].all()
+@pytest.mark.parametrize("function", [_sample, _rebound])
+@pytest.mark.parametrize("name", ["index", "hit", "seed", "out"])
+def test_what_is_left_out_is_named(table, function, name):
+    given = _given(np.zeros(6))
+    del given[name]
+    with pytest.raises(TypingError, match=f"{name}: got none, allowed: "):
+        function(table.handle, **given)
 
 
-@pytest.mark.parametrize("function", [_rebound, _rough_rebound])
-@pytest.mark.parametrize("size", [0, 2, 5])
-def test_outputs_that_are_too_short_are_left_alone(table, function, size):
-    room = np.full(6, 7.0)
-    with pytest.raises(ValueError, match="out: got fewer than 6 numbers"):
-        function(table.handle, 1, 2, 3, room[:size])
+@pytest.mark.parametrize(("function", "sizes"), [(_sample, (0, 5, 10)), (_rebound, (0, 5, 7, 10))])
+def test_outputs_of_another_size_are_left_alone(table, function, sizes):
+    room = np.full(10, 7.0)
+    for size in sizes:
+        with pytest.raises(ValueError, match="out: allowed: "):
+            function(table.handle, **_given(room[:size]))
     assert (room == 7.0).all()
 
 
+@pytest.mark.parametrize("function", [_sample, _rebound])
+def test_an_error_is_a_code_and_nan(table, function):
+    out = np.zeros(6)
+    assert function(0, **_given(out)) == errors.MISSING
+    assert np.isnan(out).all()
+    out[:] = 0.0
+    assert function(table.handle, **_given(out, grain=(9, 1, 1))) == errors.NO_SPIN_LAW
+    assert np.isnan(out).all()
+
+
 def test_any_stride_and_integer_will_do(table):
-    expected = np.zeros(6)
-    _rebound(table.handle, np.uint64(1), np.uint64(2), np.uint32(3), expected)
+    expected, spread = np.zeros(6), np.zeros(12)
+    _sample(table.handle, index=np.uint64(2), hit=np.uint32(3), seed=np.uint64(1), out=expected)
     assert expected.all()
-    spread = np.zeros(12)
-    _rebound(table.handle, np.int8(1), 2, np.int64(3), spread[::2])
+    _sample(table.handle, index=2, hit=np.int64(3), seed=np.int8(1), out=spread[::2])
     np.testing.assert_array_equal(spread[::2], expected)
     assert (spread[1::2] == 0.0).all()
 
@@ -121,51 +108,70 @@ def test_any_stride_and_integer_will_do(table):
 def _follow(handle, alpha1, speed, states):
     for k in range(states.shape[0]):
         # signed loop counters and literals as keys: what users write
-        sampler.draw(handle, alpha1[k], speed[k], None, 7, k, 3, states[k])
+        sampler.numba.sample(handle, alpha1[k], speed[k], index=k, hit=3, seed=7, out=states[k])
 
 
 @numba.njit(parallel=True, nogil=True)
-def _bounce(handle, velocity, normal, wall, roughness, isotropic, out):
+def _bounce(handle, velocity, normal, omega, roughness, fresh, isotropic, out):
+    wall = (1.0, 2.0, 3.0)
     for k in numba.prange(velocity.shape[0]):
         v = (velocity[k, 0], velocity[k, 1], velocity[k, 2])
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
-        if roughness > 0.0:
-            how = wall, roughness, None, 7, k, 0
-            sampler.rough_rebound(handle, v, n, 1e-5, *how, out[k], None, isotropic)
-        else:
-            sampler.rebound(handle, v, n, 1e-5, wall, None, 7, k, 0, out[k])
+        how = wall, omega, roughness, None, k, 2, fresh, isotropic, 7
+        sampler.numba.rebound(handle, v, n, 1e-5, *how, out[k])
 
 
+@pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
 def test_draws_are_those_of_a_batch(table):
     rng = np.random.default_rng(2)
-    alpha1, speed = rng.uniform(0.4, 1.5, 500), rng.uniform(60.0, 290.0, 500)
-    states, every = np.empty((500, 6)), np.empty((500, 10))
+    alpha1, speed, states = (
+        rng.uniform(0.4, 1.5, 500),
+        rng.uniform(60, 290, 500),
+        np.empty((500, 6)),
+    )
+    _follow(table.handle, alpha1, speed, states)
     expected = table.sample(alpha1, speed, seed=7, index=range(500), hit=3)
-    for room in (states, every):
-        _follow(table.handle, alpha1, speed, room)
-        np.testing.assert_array_equal(room[:, :6], expected)
-    np.testing.assert_array_equal(every[:, 6:8], 0.0)
+    np.testing.assert_array_equal(states, expected)
 
 
-@pytest.mark.parametrize(("roughness", "isotropic"), [(0.0, False), (0.2, False), (0.2, True)])
-def test_rebounds_are_those_of_a_batch(table, roughness, isotropic):
+@pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
+@pytest.mark.parametrize(
+    ("omega", "roughness", "fresh", "isotropic"),
+    [
+        (None, 0.0, False, False), (None, 0.0, True, False), ((1e6, 0.0, -2e6), 0.2, True, False),
+        ((1e6, 0.0, -2e6), 0.2, False, True),
+    ],
+)  # fmt: skip
+def test_rebounds_are_those_of_a_batch(omega, roughness, fresh, isotropic):
+    table = sampler.load(SPINNING)
     velocity, normal = impacts(300)
     keep = np.einsum("nk,nk->n", velocity - [1.0, 2.0, 3.0], normal) < 0.0
     velocity, normal = velocity[keep], normal[keep]
-    out = np.empty((len(velocity), 6))
-    _bounce(table.handle, velocity, normal, (1.0, 2.0, 3.0), roughness, isotropic, out)
-    keys = {"seed": 7, "index": range(len(out)), "wall_velocity": [1, 2, 3]}
-    keys |= {"roughness": roughness, "isotropic": isotropic}
-    expected = table.rebound(velocity, normal, 1e-5, **keys)
-    np.testing.assert_array_equal(out, np.hstack(expected))
+    out, works = np.empty((len(velocity), 8)), np.empty((len(velocity), 2))
+    _bounce(table.handle, velocity, normal, omega, roughness, fresh, isotropic, out)
+    keys = {"seed": 7, "index": range(len(out)), "hit": 2, "wall_velocity": [1, 2, 3]}
+    how = keys | {"roughness": roughness, "isotropic": isotropic, "omega": omega, "works": works}
+    expected = table.rebound(velocity, normal, 1e-5, grain="fresh" if fresh else "own", **how)
+    np.testing.assert_array_equal(out, np.hstack([*expected, works]))
+    assert works.any()
+
+
+def test_grains_and_their_sizes():
+    table = sampler.load(SPINNING)
+    grain = sampler.numba.grain(table.handle, 5, 8)
+    np.testing.assert_array_equal(grain, table.grains(5, 8))
+    assert sampler.numba.grain(table.handle, 5, 8, 0) == grain
+    assert sampler.numba.grain(table.handle, 5, 8, 1) != grain
+    assert sampler.numba.half_size(6e-5, (4, 1, 1)) == pytest.approx(3e-5, rel=1e-15)
+    assert np.isnan(sampler.numba.grain(0, 5, 8)).all()
 
 
 CACHED = """
-import sys, time, numba, numpy as np, sampler
+import sys, time, numba, numpy as np, sampler.numba
 @numba.njit(cache=True)
 def run(handle, out):
     v, n = (9.0, -90.0, 0.0), (0.0, 1.0, 0.0)
-    return sampler.rebound(handle, v, n, 1e-5, None, None, 7, 1, 0, out)
+    return sampler.numba.rebound(handle, v, n, 1e-5, index=1, hit=0, fresh=True, seed=7, out=out)
 table = sampler.load(sys.argv[1])
 out = np.empty(6)
 assert run(table.handle, out) >= 0

@@ -80,7 +80,9 @@ def test_rows_have_roughness_of_their_own_and_threads_change_nothing(shipped):
 
 @pytest.mark.parametrize("roughness", [-0.1, 0.51, np.nan, [0.1, 2.0]])
 def test_wrong_roughness_is_refused(shipped, roughness):
-    with pytest.raises(sampler.InputError, match=r"^roughness: got .* allowed: 0 to 0.5 rad$"):
+    with pytest.raises(
+        sampler.InputError, match=r"^roughness: got .* allowed: 0 to 0.5 rad$|finite"
+    ):
         shipped.rebound(
             [[1.0, -1.0, 0.0]] * 2, UP, 1e-5, seed=1, index=range(2), roughness=roughness
         )
@@ -98,7 +100,9 @@ def test_facets_outside_of_the_table_are_counted_or_refused():
     velocity = np.tile([100.0, -2.0, 0.0], (2000, 1))
     table = sampler.load("corundum-steel")
     table.rebound(velocity, UP, 1e-5, seed=1, index=range(len(velocity)), roughness=0.05)
-    assert 10 < table.clamped < 500
+    assert 10 < table.counts["angle"] < 500
     strict = sampler.load("corundum-steel", outside="raise")
-    with pytest.raises(sampler.InputError, match=r"^roughness: got a facet or a further bounce"):
+    with pytest.raises(
+        sampler.InputError, match=r"^velocity: got an impact at .* on a facet of its rough"
+    ):
         strict.rebound(velocity, UP, 1e-5, seed=1, index=range(len(velocity)), roughness=0.05)

@@ -51,7 +51,7 @@ def test_spinning_particles_gain_no_energy(name):
         :, None
     ]
     impacts = np.radians(rng.uniform(0.5, 90.0, n)), rng.uniform(5.0, 300.0, n)
-    states = table.sample(*impacts, spin=spin, seed=1, index=range(n))
+    states = table.sample(*impacts, spin=spin, seed=1, index=range(n), hit=0)
     after, before = energies(table.contents, states, spin, table.grains(1, range(n)))
     assert (after <= before * (1.0 + 1e-12)).all()
     assert (states[:, 1] > 0.0).all()

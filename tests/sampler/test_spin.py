@@ -1,18 +1,17 @@
 """Draws and rebounds of particles that arrive spinning: every way to them gives the same bits."""
 
 import copy
-import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from reference_draw import key_words, reference_draw, reference_grain, reference_spin_draw
 from small_tables import works
-from spin_tables import energies, less_spheres, older, with_spin_law
+from spin_tables import energies, less_spheres, with_spin_law
 from synthetic_table import make_contents
 
 import sampler
-from sampler import InputError
+from sampler import InputError, errors
 
 # some of the conditions are outside of the law, on purpose
 pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
@@ -22,7 +21,6 @@ LESS_SPHERES, ROUND_WORKS = less_spheres(CONTENTS), less_spheres(WITH_WORKS)
 N = 300
 INDEX, HITS = np.arange(N) % 40, np.arange(N) // 40
 KEYS = {"seed": 5, "index": INDEX, "hit": HITS}
-OUT = np.zeros(6)
 
 
 def spinning_table(**settings):
@@ -50,15 +48,9 @@ def lab(seed=2):
 
 class TestSample:
     def test_a_fresh_grain_is_the_own_one_at_hit_0_only(self, table):
-        """And that of the function for compiled code."""
         alpha1, speed, spin = conditions()
         states = table.sample(alpha1, speed, spin=spin, **KEYS)
         fresh = table.sample(alpha1, speed, spin=spin, grain="fresh", **KEYS)
-        for k in range(0, N, 7):
-            keys, three = (5, int(INDEX[k]), int(HITS[k])), tuple(spin[k])
-            grain = sampler.grain(table.handle, *keys)
-            assert sampler.draw(table.handle, alpha1[k], speed[k], three, *keys, OUT, grain) >= 0
-            np.testing.assert_array_equal(OUT, fresh[k])
         np.testing.assert_array_equal(states[HITS == 0], fresh[HITS == 0])
         assert (states != fresh)[HITS > 0].any()
 
@@ -94,7 +86,7 @@ class TestSample:
 
     def test_moments_are_those_of_draws(self, table):
         spin, index = (0.3, 0.1, -0.8), np.arange(20_000)
-        states = table.sample(0.5, 100.0, spin=spin, seed=3, index=index)
+        states = table.sample(0.5, 100.0, spin=spin, seed=3, index=index, hit=0)
         mean, std = table.mean(0.5, 100.0, spin=spin), table.std(0.5, 100.0, spin=spin)
         # 4.5 standard errors: false-alarm rate 4e-5
         assert np.all(np.abs(states.mean(axis=0) - mean) < 4.5 * std / np.sqrt(len(index)))
@@ -170,13 +162,12 @@ class TestRebound:
     def test_fresh_and_no_omega_is_a_first_impact(self, table):
         velocity, normal, _ = lab()
         plain = sampler.Table(make_contents(least_inertia=CONTENTS.least_inertia))
-        expected = plain.rebound(velocity, normal, 1e-5, **KEYS)
-        for drawer in (table, plain):
-            found = drawer.rebound(velocity, normal, 1e-5, grain="fresh", **KEYS)
-            np.testing.assert_array_equal(np.hstack(found), np.hstack(expected))
+        expected = plain.rebound(velocity, normal, 1e-5, grain="fresh", **KEYS)
+        found = table.rebound(velocity, normal, 1e-5, grain="fresh", **KEYS)
+        np.testing.assert_array_equal(np.hstack(found), np.hstack(expected))
         # on a rough wall, further bounces have the spin that the first has left
         rough = table.rebound(velocity, normal, 1e-5, grain="fresh", roughness=0.4, **KEYS)
-        forgetful = plain.rebound(velocity, normal, 1e-5, roughness=0.4, **KEYS)
+        forgetful = plain.rebound(velocity, normal, 1e-5, grain="fresh", roughness=0.4, **KEYS)
         same = (np.hstack(rough) == np.hstack(forgetful)).all(axis=1)
         assert 0.2 < same.mean() < 1.0
 
@@ -228,78 +219,110 @@ class TestEnergy:
             expected = reference_draw(table.contents, alpha1[k], speed[k], words)
             np.testing.assert_allclose(states[k], expected, atol=1e-3)
 
-    def test_older_files_have_the_bounds_of_any_grain(self):
-        table, (alpha1, speed, spin) = sampler.Table(older(CONTENTS)), conditions()
+
+class TestWorksAndCodes:
+    """Of a rebound, written beside it."""
+
+    def test_works_are_those_of_the_draw(self):
+        table, (alpha1, speed, spin) = sampler.Table(WITH_WORKS), conditions()
+        velocity = np.stack([np.cos(alpha1), -np.sin(alpha1), 0.0 * alpha1], axis=1)
+        given = velocity * speed[:, None], (0, 1, 0), 2e-5
+        omega, found = spin * speed[:, None] / 2e-5, np.full((N, 2), -1.0)
+        after = table.rebound(*given, omega=omega, works=found, **KEYS)
         states = table.sample(alpha1, speed, spin=spin, **KEYS)
-        words = [key_words(5, int(i), int(h), 2) for i, h in zip(INDEX, HITS, strict=True)]
-        grains = [reference_grain(table.contents, 5, int(index)) for index in INDEX]
-        rows = zip(alpha1, speed, spin, grains, words, strict=True)
-        expected = np.array([reference_spin_draw(table.contents, *row) for row in rows])
-        assert np.median(np.abs(states - expected).max(axis=1)) < 1e-4
-        assert (states != spinning_table().sample(alpha1, speed, spin=spin, **KEYS)).any()
+        over = found / (0.5 * speed[:, None] ** 2)
+        # as for the velocities
+        assert np.isclose(over, states[:, -2:], rtol=0, atol=1e-4).all(axis=1).mean() > 0.98
+        without = table.rebound(*given, omega=omega, **KEYS)
+        np.testing.assert_array_equal(np.hstack(after), np.hstack(without))
+
+    @pytest.mark.parametrize("outside", ["clamp", "raise"])
+    def test_codes_are_of_each_row_and_none_raises(self, outside):
+        table = spinning_table(outside=outside)
+        velocity = np.array([[60.0, -80.0, 0.0]] * 6)
+        velocity[[1, 3, 4]] = [60.0, 80.0, 0.0], [400.0, -300.0, 0.0], [30.0, -30.0, 0.0]
+        grain, codes = np.array([[1, 0.8, 0.8]] * 6), np.full((6, 2), 99, np.intc)[:, 0]
+        grain[5, 1] = 0.4  # not simulated
+        given = {"grain": grain, "seed": 1, "index": range(6), "codes": codes}
+        after = table.rebound(velocity, (0, 1, 0), [1e-5, 1e-5, 20.0, *[1e-5] * 3], **given)
+        expected = [0, errors.NOT_APPROACHING, errors.HALF_SIZE]
+        expected += [errors.SPEED | errors.EXTRAPOLATED, errors.SPEED | errors.EXTRAPOLATED]
+        assert codes.tolist() == [*expected, errors.GRAIN_NOT_KNOWN]
+        drawn = [True, False, False, *[outside == "clamp"] * 2, False]
+        for values in after:
+            np.testing.assert_array_equal(np.isfinite(values).all(axis=1), drawn)
+            np.testing.assert_array_equal(np.isnan(values).all(axis=1), np.logical_not(drawn))
+        assert table.counts["speed"] == 2 * (outside == "clamp")
+        table.rebound(
+            (0, -90, 0), (0, 1, 0), 1e-5, seed=1, index=0, codes=(one := np.array(9, "i4"))
+        )
+        assert one == 0
+
+    def test_wrong_arrays_are_refused(self, table):
+        given = (0, -100, 0), (0, 1, 0), 1e-5
+        for name, array, said in (
+            ("codes", np.zeros(2, np.intc), "int32 (2,), allowed: a writable int32 array ()"),
+            ("codes", np.zeros((), np.int64), "int64 (), allowed: a writable int32 array ()"),
+            ("works", [0.0, 0.0], "list, allowed: a writable float64 array (2,)"),
+            ("works", np.zeros(2), "an array, but the table made-up has no works"),
+        ):
+            with pytest.raises(InputError) as refused:
+                table.rebound(*given, seed=1, index=0, **{name: array})
+            assert str(refused.value).startswith(f"{name}: got {said[:30]}")
 
 
 class TestCounts:
     def test_spins_beyond_the_law_are_counted_and_drawn_with_its_largest(self, table):
-        spins = np.array([[0.0, 0.0, 9.9], [0.0, 7.2, 7.2], [15.0, 0.0, 0.0]])
+        spins = np.array([[0.0, 0.0, 9.9], [0.0, 7.2, 7.2], [14.0, 0.0, 0.0]])
+        given = {"spin": spins, "seed": 1, "index": range(3), "hit": 0}
         with pytest.warns(
-            sampler.OutsideTableWarning, match=r"spin: got 10\.18\d* at row 1 .*0 to 10"
+            sampler.OutsideTableWarning, match=r"spin: got .*, spin 10\.18\d* at row 1"
         ):
-            states = table.sample(0.5, 40.0, spin=spins, seed=1, index=range(len(spins)))
-        assert table.clamped == 2
+            states = table.sample(0.5, 50.0, **given)
+        assert table.counts["spin"] == 2
         limits = CONTENTS.datasets | {"spin/spin_range": np.array([0.0, 1e3])}
         wide = sampler.Table(replace(CONTENTS, datasets=limits))
-        same = wide.sample(0.5, 40.0, spin=spins, seed=1, index=range(len(spins))) == states
+        same = wide.sample(0.5, 50.0, **given) == states
         assert same.all(axis=1).tolist() == [True, False, False]
-        assert wide.clamped == 0
+        assert wide.counts["spin"] == 0
 
     @pytest.mark.parametrize(
         ("velocity", "omega", "said"),
         [
-            ((60, -0.1, 0), None, "velocity: got 0.0954929 deg{}0.5 to 90 deg from the wall, "),
-            ((0, -1, 0), None, "velocity: got 1 m/s{}5 to 600 m/s, "),
-            (
-                (0, -400, 0),
-                (6e7, 0, 0),
-                "velocity: got 400 m/s{}0 to 346.41 m/s with this angular velocity, ",
-            ),
-            ((0, -400, 0), (9e7, 0, 0), "omega: got 9e+07 rad/s{}0 to 7.34847e+07 rad/s, "),
-            ((0, -100, 0), (0, 2e8, 0), "omega: got 2e+08 rad/s{}0 to 1e+08 rad/s, "),
+            ((60, -0.1, 0), None, "velocity: got an impact at 0.0954929 deg, 60.0001 m/s"),
+            ((0, -310, 0), (6e7, 0, 0), "velocity: got an impact at 90 deg, 310 m/s, spin 1.93548"),
+            ((0, -100, 0), (0, 2e8, 0), "omega: got an impact at 90 deg, 100 m/s, spin 20"),
         ],
     )
-    def test_messages_of_rebounds_speak_of_what_was_given(self, velocity, omega, said):
+    def test_messages_of_rebounds_state_one_range(self, velocity, omega, said):
         strict = spinning_table(outside="raise")
         with pytest.raises(InputError) as refused:
-            strict.rebound(velocity, (0, 1, 0), 1e-5, omega=omega, seed=1, index=77)
-        where = " at row 0 (particle 77), allowed: "
-        assert str(refused.value) == said.format(where) + f"the range of the table {strict.pair}"
+            strict.rebound(velocity, (0, 1, 0), 1e-5, omega=omega, seed=1, index=77, hit=0)
+        assert str(refused.value) == (
+            f"{said} at row 0 (particle 77), allowed: 20 to 90 deg, 50 to 300 m/s, spin to 10, the "
+            f"range of the table {strict.pair}"
+        )
 
-    def test_extrapolated_are_not_clamped(self, table):
-        table.sample(0.5, [20.0, 100.0, 49.0], spin=(0.0, 0.0, 1.0), seed=1, index=[0, 1, 2])
-        assert (table.extrapolated, table.clamped) == (2, 0)
-        table.rebound([0.0, -20.0, 0.0], [0, 1, 0], 1e-5, omega=np.ones(3), seed=1, index=0)
-        assert (table.extrapolated, table.clamped) == (3, 0)
+    def test_effective_speeds_beyond_the_law_are_spins_beyond_it(self):
+        """Of 600 m/s: at 300 m/s a spin of 4.5^(1/2)."""
+        strict, keys = spinning_table(outside="raise"), {"seed": 1, "index": 0, "hit": 0}
+        strict.sample(0.5, 300.0, spin=(0.0, 0.0, 2.12), **keys)
+        with pytest.raises(InputError, match=r"spin: got .*, at this speed to 2\.12132, the range"):
+            strict.sample(0.5, 300.0, spin=(0.0, 0.0, 2.13), **keys)
+
+    def test_extrapolated_are_not_outside(self):
+        table = sampler.Table(replace(CONTENTS, valid_speed=(80.0, 300.0)))
+        table.sample(0.5, [60.0, 100.0, 79.0], spin=(0, 0, 1), seed=1, index=range(3), hit=0)
+        assert table.counts == {"angle": 0, "speed": 0, "spin": 0, "extrapolated": 2}
+        table.rebound([0.0, -70.0, 0.0], [0, 1, 0], 1e-5, seed=1, index=0)
+        assert table.extrapolated == 3
         assert copy.copy(table).extrapolated == 0
-
-    def test_effective_speed_counts(self, table):
-        """A slow impact of a fast spin is inside the law; one without much spin is clamped."""
-        table.sample(0.5, 1.0, spin=(0.0, 0.0, 9.0), seed=1, index=0)
-        assert table.clamped == 0
-        with pytest.warns(sampler.OutsideTableWarning, match=r"speed: got 0.1 m/s at row 0"):
-            table.sample(0.5, 0.1, spin=(0.0, 0.0, 0.1), seed=1, index=0)
-        assert table.clamped == 1
-
-    def test_a_table_without_valid_speed_counts_nothing(self):
-        table = sampler.Table(make_contents())
-        with pytest.warns(sampler.OutsideTableWarning):
-            table.sample(0.5, 20.0, seed=1, index=0)
-        assert (table.extrapolated, table.clamped) == (0, 1)
 
 
 REFUSED = [
     ({"spin": (0.0, np.nan, 0.0)}, "spin: got 0, nan, 0 at row 0 (particle 0), allowed: finite"),
     ({"spin": [[0.0] * 3, [np.inf] * 3]}, "spin: got inf, inf, inf at row 1"),
-    ({"spin": (1e200, 0.0, 0.0)}, "spin: got 1e+200, 0, 0 at row 0 (particle 0), allowed: a"),
+    ({"spin": (1e200, 0.0, 0.0)}, "spin: got 1e+200, 0, 0 at row 0 (particle 0), allowed: s"),
     ({"spin": (1.0, 2.0)}, "spin: got shape (2,), allowed: (3,) or (..., 3)"),
     ({"spin": "fast"}, "spin: got"),
     ({"spin": (0, 0, 0), "grain": "none"}, "grain: got 'none', allowed: 'own', 'fresh'"),
@@ -313,104 +336,42 @@ REFUSED = [
 def test_refused(table, given, said):
     out = np.full((2, 6), -7.0)
     with pytest.raises(InputError) as error:
-        table.sample(0.5, 100.0, seed=1, index=[0, 1], out=out, **given)
+        table.sample(0.5, 100.0, seed=1, index=[0, 1], hit=0, out=out, **given)
     assert str(error.value).startswith(said)
     assert "\n" not in str(error.value)
     np.testing.assert_array_equal(out, -7.0)
 
 
+def test_a_spin_needs_hits(table):
+    for call, name in (
+        (lambda: table.sample(0.5, 100.0, spin=(0, 0, 0), seed=1, index=0), "spin"),
+        (
+            lambda: table.rebound((0, -9, 0), (0, 1, 0), 1e-5, omega=(0, 0, 0), seed=1, index=0),
+            "omega",
+        ),
+    ):
+        with pytest.raises(InputError, match=f"^hit: is missing, allowed: .* met, with {name}=$"):
+            call()
+    table.sample(0.5, 100.0, spin=(0, 0, 0), rng=np.random.default_rng(1))
+
+
 def test_a_table_without_spin_law_refuses():
-    table, state = sampler.Table(make_contents()), np.full(6, -7.0)
+    table = sampler.Table(make_contents())
     assert not table.has_spin
-    refused = "got one, allowed: none, for the table has no spin law"
-    with pytest.raises(InputError, match=f"spin: {refused}"):
-        table.sample(0.5, 100.0, spin=(0, 0, 0), seed=1, index=0)
-    with pytest.raises(InputError, match=f"omega: {refused}"):
-        table.rebound((0, -100, 0), (0, 1, 0), 1e-5, omega=(0, 0, 0), seed=1, index=0)
-    with pytest.raises(InputError, match=f"grain: {refused}"):
-        table.sample(0.5, 100.0, grain=(0, 1, 1), seed=1, index=0)
-    with pytest.raises(InputError, match="population: got one"):
-        sampler.Table(make_contents(), population={"shapes": {"prism": 1.0}})
-    with pytest.raises(InputError, match="grains: asked for"):
+    law, impact = "the table made-up has no spin law", ((0, -100, 0), (0, 1, 0), 1e-5)
+    keys = {"seed": 1, "index": 0}
+    fresh = ', with grain="fresh"'
+    for name, besides, call in (
+        ("spin", "", lambda: table.sample(0.5, 100.0, spin=(0, 0, 0), **keys)),
+        ("grain", "", lambda: table.sample(0.5, 100.0, grain=(0, 1, 1), **keys)),
+        ("omega", fresh, lambda: table.rebound(*impact, omega=(0, 0, 0), **keys)),
+        ("grain", fresh, lambda: table.rebound(*impact, grain=(0, 1, 1), **keys)),
+    ):
+        with pytest.raises(InputError) as refused:
+            call()
+        assert str(refused.value) == f"{name}: is given, but {law}: leave it out{besides}"
+    with pytest.raises(InputError) as refused:
+        table.rebound(*impact, **keys)
+    assert str(refused.value) == f'grain: is "own", but {law}: give grain="fresh", a first impact'
+    with pytest.raises(InputError, match="grains: this table has no spin law"):
         table.grains(1, 0)
-    code = sampler.draw(table.handle, 0.5, 100.0, (0.0, 0.0, 0.0), 1, 2, 3, state)
-    assert code == sampler.NO_SPIN_LAW
-    np.testing.assert_array_equal(state, -7.0)
-
-
-OWN_RATIOS = {"distribution": "truncated-normal", "mean": 0.8} | {
-    "standard_deviation": 0.2,
-    "range": (0.5, 1.0),
-}
-
-
-class TestPopulation:
-    def test_other_shapes_and_ratios(self, table):
-        aspect = {"distribution": "fixed", "values": [0.8, 0.7]}
-        other = spinning_table(population={"shapes": {"prism": 2}, "aspect": aspect})
-        assert set(map(tuple, other.grains(1, range(50)))) == {(1.0, 0.8, 0.7)}
-        spin, keys = (0.2, 0.0, -0.5), {"seed": 1, "index": range(50)}
-        expected = table.sample(0.5, 100.0, spin=spin, grain=(1, 0.8, 0.7), **keys)
-        np.testing.assert_array_equal(other.sample(0.5, 100.0, spin=spin, **keys), expected)
-
-    def test_no_spin_is_a_spin_of_zeros(self):
-        other = spinning_table(population={"shapes": {"prism": 1.0, "ellipsoid": 3.0}})
-        still = other.sample(0.5, 100.0, spin=(0, 0, 0), seed=1, index=range(50))
-        np.testing.assert_array_equal(other.sample(0.5, 100.0, seed=1, index=range(50)), still)
-        # the law of first impacts, of another grain at each hit, in every language
-        keys = {"seed": 1, "index": range(50), "hit": 3}
-        fresh = other.sample(0.5, 100.0, spin=(0, 0, 0), grain="fresh", **keys)
-        np.testing.assert_array_equal(other.sample(0.5, 100.0, **keys), fresh)
-        for k in range(50):
-            assert sampler.draw(other.handle, 0.5, 100.0, None, 1, k, 3, OUT) >= 0
-            np.testing.assert_array_equal(OUT, fresh[k])
-        impact = np.array([87.758256189, -47.942553860, 0.0]), (0, 1, 0), 1e-5
-        assert np.hstack(other.rebound(*impact, grain="fresh", **keys)).any(axis=1).all()
-        shapes = other.grains(1, range(2000))[:, 0]
-        assert set(shapes) == {0.0, 1.0}
-        # 4.5 standard errors: false-alarm rate 7e-6
-        assert abs((shapes == 0.0).mean() - 0.75) < 4.5 * np.sqrt(0.75 * 0.25 / 2000)
-
-    def test_the_tables_own_law_of_ratios(self, table):
-        other = spinning_table(population={"aspect": OWN_RATIOS})
-        np.testing.assert_allclose(
-            other.grains(1, range(99)), table.grains(1, range(99)), atol=1e-9
-        )
-
-    def test_copies_keep_it(self):
-        other = spinning_table(population={"shapes": {"prism": 1.0}})
-        for twin in (copy.deepcopy(other), pickle.loads(pickle.dumps(other))):
-            np.testing.assert_array_equal(twin.grains(1, range(9)), other.grains(1, range(9)))
-        assert other.contents.content_sha256 == CONTENTS.content_sha256
-
-    @pytest.mark.parametrize(
-        ("population", "said"),
-        [
-            ("prism", "population: got 'prism', allowed: a mapping with shapes, meshes, aspect"),
-            ({"shape": {}}, "population.shape: is unknown, allowed: shapes, meshes, aspect"),
-            (
-                {"shapes": {"sphere": 1.0}},
-                "population.shapes.sphere: is unknown, allowed: ellipsoid, prism, tetrahedron",
-            ),
-            ({"shapes": {"prism": -1}}, "population.shapes.prism: got -1, allowed: a number from"),
-            ({"shapes": {"prism": np.nan}}, "population.shapes.prism: got nan"),
-            ({"shapes": {"prism": 0}}, "population.shapes: got {'prism': 0}, allowed: a weight"),
-            ({"meshes": [1.0]}, "population.meshes: got [1.0], allowed: 0 weights"),
-            ({"aspect": 0.8}, "population.aspect: got 0.8, allowed: a mapping"),
-            ({"aspect": {"distribution": "x"}}, "population.aspect.distribution: got 'x'"),
-            (
-                {"aspect": {"distribution": "fixed", "values": [0.4, 0.7]}},
-                "population.aspect.values: got [0.4, 0.7], allowed: within what was simulated",
-            ),
-            ({"aspect": {"distribution": "fixed"}}, "population.aspect.values: is missing"),
-            (
-                {"aspect": OWN_RATIOS | {"range": [0.3, 1.0]}},
-                "population.aspect.range: got [0.3, 1.0], allowed: two, increasing, within",
-            ),
-        ],
-    )
-    def test_refused(self, population, said):
-        with pytest.raises(InputError) as error:
-            spinning_table(population=population)
-        assert str(error.value).startswith(said)
-        assert "\n" not in str(error.value)

@@ -1,29 +1,19 @@
-"""Sizes of grains and the rule of deposits: against solids, averages over grains, numba and C."""
+"""Sizes of grains, the rule of deposits, and the roughness of profiles."""
 
-import ctypes
+import math
 
-import numba
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
 import sampler
-import sampler.numba
-from sampler.library import library
+from sampler.arguments import MAX_ROUGHNESS
 from tablegen.config.population import Population
 from tablegen.model.shapes import place_vertices
 
 D = 50e-6
 #: Silica on steel: density [kg/m3], moduli [Pa] and Poisson's ratios.
 MATERIALS = (2200.0, 7e10, 0.17, 2.1e11, 0.3)
-
-
-def in_c(name, result, *arguments):
-    """Result of a function of the header; a sequence becomes an array, None is NULL."""
-    call = getattr(library(), name)
-    call.restype = result
-    given = [(ctypes.c_double * 3)(*x) if np.ndim(x) else x for x in arguments]
-    return call(*(ctypes.c_double(x) if isinstance(x, float) else x for x in given))
 
 
 @pytest.mark.parametrize("shape", [0, 1, 2, 3])
@@ -34,7 +24,6 @@ def test_a_grain_has_the_volume_of_the_sphere(shape):
     volume = ConvexHull(corners[:n]).volume if n else 4.0 / 3.0 * np.pi * b * c
     a = sampler.half_size(D, shape, ratios)
     assert volume * a**3 == pytest.approx(np.pi / 6.0 * D**3, rel=1e-12)
-    assert in_c("rbt_half_size", ctypes.c_double, D, (shape, *ratios)) == pytest.approx(a, 1e-15)
 
 
 def test_names_arrays_and_spheres():
@@ -46,27 +35,17 @@ def test_names_arrays_and_spheres():
     assert sampler.half_size(D, "sphere", (1.0, 1.0)) == pytest.approx(D / 2)
 
 
-@pytest.mark.parametrize(
-    "population",
-    [
-        None,
-        {"shapes": {"tetrahedron": 1}, "aspect": {"distribution": "fixed", "values": [0.6, 0.9]}},
-    ],
-)
-def test_the_mean_is_that_of_the_grains(population):
+def test_the_mean_is_that_of_the_grains():
     """The sample of 1e5 has a standard error of 0.0004; 4 of them: 6e-5 false alarms."""
-    table = sampler.load("corundum-steel-compact", population=population)
+    table = sampler.load("corundum-steel-compact")
     grains = table.grains(7, np.arange(100_000))
     each = sampler.half_size(1.0, grains[:, 0], grains[:, 1:])
     assert float(table.mean_half_size(D)) == pytest.approx(D * each.mean(), rel=0.0025)
-    if population:
-        assert float(table.mean_half_size(D)) == pytest.approx(D * each[0], rel=1e-12)
 
 
 def test_a_population_that_is_not_known_has_no_mean(table):
-    with pytest.raises(sampler.InputError, match=r"^mean_half_size: asked for, allowed: of a spin"):
+    with pytest.raises(sampler.InputError, match=r"^mean_half_size: this table has no spin law"):
         table.mean_half_size(D)
-    assert in_c("rbt_half_size", ctypes.c_double, D, (6.0, 0.8, 0.8)) == 0.0
 
 
 def test_deposits_by_the_normal_speed():
@@ -74,11 +53,6 @@ def test_deposits_by_the_normal_speed():
     velocity = wall + np.array([[9.0, -0.49, 1.0], [9.0, -0.51, 1.0], [9.0, 0.2, 1.0], [9, 0, 1]])
     found = sampler.deposits(velocity, normal, 0.5, wall_velocity=wall)
     np.testing.assert_array_equal(found, [True, False, False, False])
-    deposits = numba.njit(lambda v, n, w: sampler.numba.deposits(v, n, 0.5, w))
-    for v, expected in zip(velocity, found, strict=True):
-        assert in_c("rbt_deposits", ctypes.c_int, v, normal, 0.5, wall) == expected
-        assert deposits(tuple(v), tuple(normal), tuple(wall)) == expected
-    assert in_c("rbt_deposits", ctypes.c_int, velocity[0], normal, 0.5, None) == 0
     assert sampler.deposits(velocity[0] - wall, normal, [0.4, 0.5]).tolist() == [False, True]
 
 
@@ -94,7 +68,7 @@ def test_wrong_arguments_are_refused():
         ((D, "mesh", (0.8, 0.8)), r"^shape: got mesh, allowed: 0 ellipsoid, 1 prism"),
         ((D, [1, 6], (0.8, 0.8)), r"^shape: got 6, allowed: 0"),
         ((D, 1, (0.8, 1.2)), r"^ratios: got 1.2, allowed: b/a and c/b, above 0"),
-        ((D, 1, (0.8,)), r"^ratios: got shape \(1,\), allowed: b/a and c/b"),
+        ((D, 1, (0.8,)), r"^ratios: got shape \(1,\), allowed: \(2,\) or \(..., 2\)"),
         ((-1.0, 1, (0.8, 0.8)), r"^diameter: got -1, allowed: a finite number above 0"),
     ):
         with pytest.raises(sampler.InputError, match=message):
@@ -103,3 +77,37 @@ def test_wrong_arguments_are_refused():
         sampler.critical_speed(D, 2200.0, 7e10, 0.17, 2.1e11, [0.7])
     with pytest.raises(sampler.InputError, match=r"^normal: got a vector of length zero, allowed"):
         sampler.deposits([1.0, -1.0, 0.0], [0.0, 0.0, 0.0], 0.5)
+
+
+def test_small_particles_meet_flanks_and_large_ones_the_whole_profile():
+    """Ra 2, Rq 3, RSm 20 micrometres: flanks of 11.3 degrees, met below 102 micrometres."""
+    border = 20.0 / math.sin(math.atan(0.2))
+    assert border == pytest.approx(102.0, abs=0.1)
+    tilts = sampler.wall_tilt(2e-6, 3e-6, 20e-6, np.array([[1e-6, 101e-6], [103e-6, 1.0]]))
+    expected = [[math.atan(0.2)] * 2, [math.atan(0.3)] * 2]
+    np.testing.assert_allclose(tilts, expected, rtol=1e-14)
+
+
+def test_only_the_tilts_of_the_particles_at_hand_count():
+    """The flanks of a cast wall are too steep for a small particle, which is refused."""
+    with pytest.raises(sampler.InputError, match=r"got 25, 1, 10, 5, allowed: tilts up to 0.5 rad"):
+        sampler.wall_tilt(25.0, 1.0, 10.0, [200.0, 5.0])
+    rsm = 2.0 / math.tan(MAX_ROUGHNESS)
+    assert sampler.wall_tilt(1.0, 1.0, rsm * (1.0 + 1e-12), 1.0) <= MAX_ROUGHNESS
+
+
+@pytest.mark.parametrize(
+    ("lengths", "message"),
+    [
+        ((-1.0, 1.0, 1.0, 1.0), r"ra: got -1, allowed: a finite number, 0 or more"),
+        ((0.1, np.nan, 1.0, 1.0), r"rq: got nan, allowed: a finite number, 0 or more"),
+        ((0.1, 0.1, 0.0, 1.0), r"rsm: got 0, allowed: a finite number above 0"),
+        ((0.1, 0.1, np.inf, 1.0), r"rsm: got inf, allowed"),
+        ((0.1, 0.1, 1.0, 0.0), r"diameter: got 0, allowed: a finite number above 0"),
+        ((0.1, 0.1, 1.0, [1.0, -2.0]), r"diameter: got -2 at index 1, allowed"),
+        ((0.1, "rough", 1.0, 1.0), r"rq: got str\w* values, allowed: real numbers"),
+    ],
+)
+def test_wrong_lengths_are_refused(lengths, message):
+    with pytest.raises(sampler.InputError, match=f"^{message}"):
+        sampler.wall_tilt(*lengths)

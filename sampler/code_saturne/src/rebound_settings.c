@@ -127,23 +127,23 @@ static void read_file(rebound_settings_t *settings)
         refuse("seed", "none", "0 to 18446744073709551615");
 }
 
-/* Whether the table gives variable k of (u v w omega_x omega_y omega_z). */
-static int gives(const rbt_table *table, int k)
+int rebound_table_gives(const rbt_table *table, int variable)
 {
     int columns[RBT_VALUES];
     const int n = rbt_components(table, columns);
     for (int i = 0; i < n; i++)
-        if (columns[i] == k)
+        if (columns[i] == variable)
             return 1;
     return 0;
 }
 
 static void check_table(rebound_settings_t *settings, const rbt_table *table)
 {
-    const int has_spin = rbt_has_spin_law(table) && gives(table, 3) && gives(table, 4) &&
-                         gives(table, 5);
-    for (int k = 0; k < 3; k++)
-        if (!gives(table, k))
+    int has_spin = rbt_has_spin_law(table);
+    for (int k = RBT_OMEGA_X; k <= RBT_OMEGA_Z; k++)
+        has_spin = has_spin && rebound_table_gives(table, k);
+    for (int k = RBT_U; k <= RBT_W; k++)
+        if (!rebound_table_gives(table, k))
             refuse("table", "one without all velocity components", "one with u, v, w");
     if (settings->spin == SPIN_IF_POSSIBLE)
         settings->spin = has_spin;

@@ -30,14 +30,9 @@ void rebound_sums_make(int works)
     }
 }
 
-int rebound_sums_have_works(void)
-{
-    return sums[WORK_NORMAL] != NULL;
-}
-
 void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
                       const double normal[3], const double before[3], const double after[3],
-                      const double taken[2], int stays)
+                      int stays, const double works[2])
 {
     if (sums[HITS] == NULL)
         return;
@@ -53,6 +48,6 @@ void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum
     sums[LOST]->val[face_id] += 0.5 * mass * (square - cs_math_3_dot_product(after, after));
     double *mean = sums[ANGLE]->val + face_id;
     *mean += (angle - *mean) * n / sums[HITS]->val[face_id];
-    for (int k = 0; k < 2 && rebound_sums_have_works(); k++)
-        sums[WORK_NORMAL + k]->val[face_id] += mass * taken[k];
+    for (int k = 0; k < 2 && sums[WORK_NORMAL] != NULL; k++)
+        sums[WORK_NORMAL + k]->val[face_id] += mass * works[k];
 }

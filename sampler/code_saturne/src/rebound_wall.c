@@ -32,8 +32,9 @@ static int *is_symmetry = NULL; /* of each zone that is ours; -1: not ours */
 static int n_zones = 0;
 static int resumed = 0;
 
-/* Of this process: hits, clamped, extrapolated, deposited. */
-static cs_gnum_t counts[4] = {0, 0, 0, 0};
+/* Of this process: impacts, those after which particles stayed, and those with each flag. */
+enum { HITS, DEPOSITED, ANGLE, SPEED, SPIN, EXTRAPOLATED, COUNTS };
+static cs_gnum_t counts[COUNTS] = {0};
 
 static void check_models(void)
 {
@@ -48,25 +49,13 @@ static void check_models(void)
                   REBOUND_SETTINGS_FILE, cs_glob_lagr_time_scheme->t_order);
 }
 
-/* Whether rebounds have works: of the table's variables, on smooth walls. */
-static int has_works(void)
-{
-    int columns[RBT_VALUES];
-    const int n = rbt_components(table, columns);
-    const int rough = settings.tilt_deg > 0.0 || settings.rsm > 0.0;
-    for (int i = 0; i < n && !rough; i++)
-        if (columns[i] == 8) /* work of normal impulses */
-            return 1;
-    return 0;
-}
-
 void rebound_wall_model(void)
 {
     table = rebound_settings_read(&settings);
     first_attribute = cs_glob_lagr_model->n_user_variables;
     cs_glob_lagr_model->n_user_variables += REBOUND_ATTRIBUTES;
     if (settings.face_sums)
-        rebound_sums_make(has_works());
+        rebound_sums_make(rebound_table_gives(table, RBT_WORK_NORMAL));
 }
 
 int rebound_wall_attribute(void)
@@ -167,40 +156,6 @@ static void mirror(const double normal[3], cs_real_t vector[3])
         vector[k] -= twice * normal[k];
 }
 
-/* Draw the rebound of a particle, `rest` before the end of the time step [s]; `spin` becomes that
-   before it, `works` those of the impulses [J/kg] where they are summed. Returns a code of rebound_sampler.h; below 0, nothing else has changed. */
-static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
-                double rest, cs_real_t velocity[3], double spin[3], double works[2])
-{
-    double *kept = kept_of(particles, p_id);
-    double omega[3];
-    const uint64_t identity = ((uint64_t)kept[REBOUND_STEP] << 32) | (uint64_t)kept[REBOUND_NUMBER];
-    const double diameter = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
-    const double roughness = rebound_settings_roughness(&settings, diameter);
-    if (!(kept[REBOUND_STEP] >= 1.0))
-        bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, "
-                  "allowed: a call of rebound_wall_new in cs_user_lagr_in");
-    for (int k = 0; k < 3; k++)
-        spin[k] = settings.spin ? kept[REBOUND_OMEGA + k] : 0.0;
-    fly(particles, p_id, -rest, spin); /* the whole time step is behind it, but for the rest */
-    const double a = settings.half_size * diameter, *before = settings.spin ? spin : NULL;
-    const uint32_t hit = (uint32_t)kept[REBOUND_HITS];
-    if (rebound_sums_have_works())
-        rbt_works(table, velocity, normal, a, NULL, before, settings.seed, identity, hit, works);
-    const int code = rbt_rebound_grain(table, velocity, normal, a, NULL, roughness,
-                                       settings.isotropic, before, NULL, settings.seed, identity,
-                                       hit, velocity, omega);
-    if (code < RBT_OK)
-        return code;
-    fly(particles, p_id, rest, omega);
-    memcpy(kept + REBOUND_OMEGA, omega, sizeof omega);
-    kept[REBOUND_HITS] += 1.0;
-    counts[0]++;
-    counts[1] += (code & RBT_CLAMPED) != 0;
-    counts[2] += (code & RBT_EXTRAPOLATED) != 0;
-    return code;
-}
-
 /* Whether a particle stays on the wall; then it is fixed there, as CS_LAGR_DEPO2 does. */
 static int deposit(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
                    cs_real_t velocity[3])
@@ -216,41 +171,79 @@ static int deposit(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const doub
     for (int k = 0; k < 3; k++)
         velocity[k] = kept[REBOUND_OMEGA + k] = 0.0;
     kept[REBOUND_HITS] += 1.0;
-    counts[0]++;
-    counts[3]++;
+    counts[HITS]++;
+    counts[DEPOSITED]++;
     return 1;
 }
 
-static void refuse(const cs_real_t velocity[3], const double spin[3], int code)
+static void refuse(const rbt_impacts *impact, int code)
 {
-    double alpha[2], speed[2];
-    rbt_alpha_range(table, alpha);
-    rbt_speed_range(table, speed);
-    bft_error(__FILE__, __LINE__, 0, "%s: out_of_range: got an impact at (%g, %g, %g) m/s, "
-              "spin (%g, %g, %g) rad/s, allowed: %g to %g deg, %g to %g m/s (%s)",
-              REBOUND_SETTINGS_FILE, velocity[0], velocity[1], velocity[2], spin[0], spin[1],
-              spin[2], alpha[0] * 180.0 / cs_math_pi, alpha[1] * 180.0 / cs_math_pi, speed[0],
-              speed[1], rbt_strerror(code < RBT_OK ? code : RBT_CLAMPED));
+    const double *v = impact->velocity, none[3] = {0.0, 0.0, 0.0};
+    const double *omega = impact->omega != NULL ? impact->omega : none;
+    rbt_range range;
+    rbt_covered(table, &range);
+    bft_error(__FILE__, __LINE__, 0, "%s: out_of_range: got an impact at (%g, %g, %g) m/s, half-size "
+              "%g m and spin (%g, %g, %g) rad/s, allowed: %g to %g deg, %g to %g m/s, spins of %g to "
+              "%g V/a (%s)", REBOUND_SETTINGS_FILE, v[0], v[1], v[2], *impact->half_size, omega[0],
+              omega[1], omega[2], range.alpha1[0] * 180.0 / cs_math_pi,
+              range.alpha1[1] * 180.0 / cs_math_pi, range.speed[0], range.speed[1], range.spin[0],
+              range.spin[1], rbt_strerror(code));
+}
+
+/* Draw the rebound of a particle, at a time [s] before the end of the time step, and the works of its
+   impulses [J/kg]. Returns 0, and changes nothing, if it leaves already, or rests. */
+static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
+                double rest, cs_real_t velocity[3], double works[2])
+{
+    double *kept = kept_of(particles, p_id), *omega = kept + REBOUND_OMEGA;
+    const double diameter = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
+    const double roughness = rebound_settings_roughness(&settings, diameter);
+    const double a = settings.half_size * diameter;
+    const uint64_t index = ((uint64_t)kept[REBOUND_STEP] << 32) | (uint64_t)kept[REBOUND_NUMBER];
+    const uint32_t hit = (uint32_t)kept[REBOUND_HITS];
+    double before[3] = {omega[0], omega[1], omega[2]}, new_velocity[3], new_omega[3];
+    if (!(kept[REBOUND_STEP] >= 1.0))
+        bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, "
+                  "allowed: a call of rebound_wall_new in cs_user_lagr_in");
+    fly(particles, p_id, -rest, before); /* the whole time step is behind it, but for the rest */
+    const rbt_impacts impact = {.velocity = velocity,
+                                .normal = normal,
+                                .half_size = &a,
+                                .omega = settings.spin ? before : NULL,
+                                .roughness = &roughness,
+                                .index = &index,
+                                .hit = &hit,
+                                .fresh = !rbt_has_spin_law(table),
+                                .isotropic = settings.isotropic};
+    rbt_rebounds after = {.velocity = new_velocity, .omega = new_omega, .works = works};
+    const int code = rbt_rebound(table, 1, &impact, settings.seed, &after);
+    if (code == RBT_ERR_NOT_APPROACHING || code == RBT_ERR_SPEED_NOT_POSITIVE)
+        return 0;
+    if (code < RBT_OK || (settings.refuse_outside && (code & (RBT_ANGLE | RBT_SPEED | RBT_SPIN))))
+        refuse(&impact, code);
+    fly(particles, p_id, rest, new_omega);
+    memcpy(velocity, new_velocity, sizeof new_velocity);
+    memcpy(omega, new_omega, sizeof new_omega);
+    kept[REBOUND_HITS] += 1.0;
+    counts[HITS]++;
+    for (int kind = 0; kind < 4; kind++)
+        counts[ANGLE + kind] += after.flagged[kind];
+    return 1;
 }
 
 /* Set the new velocity and the works, and turn the rest of the path, given as it would go on behind
-   the wall. The path of a particle that leaves already, or rests, is mirrored; that is no hit. */
-static void rebound(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
-                    cs_real_t velocity[3], double path[3], double works[2])
+   the wall. The path of a particle that leaves already, or rests, is mirrored: no hit, 0. */
+static int rebound(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
+                   cs_real_t velocity[3], double path[3], double works[2])
 {
-    const double before[3] = {velocity[0], velocity[1], velocity[2]};
     const double speed = cs_math_3_norm(velocity);
     const double rest = speed > 0.0 ? cs_math_3_norm(path) / speed : 0.0;
-    double spin[3];
-    const int code = draw(particles, p_id, normal, rest, velocity, spin, works);
-    if (code == RBT_ERR_NOT_APPROACHING || code == RBT_ERR_SPEED_NOT_POSITIVE) {
+    const int drawn = draw(particles, p_id, normal, rest, velocity, works);
+    if (!drawn)
         mirror(normal, path);
-    } else if (code < RBT_OK || ((code & RBT_CLAMPED) && settings.refuse_outside)) {
-        refuse(before, spin, code);
-    } else {
-        for (int k = 0; k < 3; k++)
-            path[k] = rest * velocity[k];
-    }
+    for (int k = 0; k < 3 && drawn; k++)
+        path[k] = rest * velocity[k];
+    return drawn;
 }
 
 /* As at a symmetry plane of code_saturne, and the spin, which turns the other way round. */
@@ -277,7 +270,6 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     const cs_lnum_t cell = cs_lagr_particles_get_lnum(particles, p_id, CS_LAGR_CELL_ID);
     const cs_real_t *centre = cs_glob_mesh_quantities->cell_cen + 3 * (size_t)cell;
     const double before[3] = {velocity[0], velocity[1], velocity[2]};
-    const cs_gnum_t hits = counts[0];
     double normal[3], path[3], works[2] = {0.0, 0.0};
 
     if (b_zone_id < 0 || b_zone_id >= n_zones || is_symmetry[b_zone_id] < 0)
@@ -289,10 +281,8 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     const int stays = !is_symmetry[b_zone_id] && deposit(particles, p_id, normal, velocity);
     if (is_symmetry[b_zone_id])
         reflect(particles, p_id, normal, velocity, path);
-    else if (!stays)
-        rebound(particles, p_id, normal, velocity, path, works);
-    if (counts[0] > hits)
-        rebound_sums_add(particles, p_id, face_id, normal, before, velocity, works, stays);
+    else if (stays || rebound(particles, p_id, normal, velocity, path, works))
+        rebound_sums_add(particles, p_id, face_id, normal, before, velocity, stays, works);
     for (int k = 0; k < 3; k++) {
         start[k] = c_intersect[k] + START_SHIFT * (centre[k] - c_intersect[k]);
         end[k] = stays ? start[k] : c_intersect[k] + path[k];
@@ -312,14 +302,16 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
 
 void rebound_wall_log(void)
 {
-    cs_gnum_t all[4] = {counts[0], counts[1], counts[2], counts[3]};
+    cs_gnum_t all[COUNTS];
     if (cs_glob_time_step->nt_cur != cs_glob_time_step->nt_max &&
         (cs_glob_lagr_log_frequency_n < 1 ||
          cs_glob_time_step->nt_cur % cs_glob_lagr_log_frequency_n != 0))
         return;
-    cs_parall_counter(all, 4);
-    bft_printf("   ** Tabulated rebounds of this run (hits, clamped, extrapolated, deposited) = "
-               "%llu, %llu, %llu, %llu\n",
-               (unsigned long long)all[0], (unsigned long long)all[1], (unsigned long long)all[2],
-               (unsigned long long)all[3]);
+    memcpy(all, counts, sizeof counts);
+    cs_parall_counter(all, COUNTS);
+    bft_printf("   ** Tabulated rebounds of this run (hits, deposited, angle, speed, spin, "
+               "extrapolated)");
+    for (int i = 0; i < COUNTS; i++)
+        bft_printf("%s%llu", i == 0 ? " = " : ", ", (unsigned long long)all[i]);
+    bft_printf("\n");
 }

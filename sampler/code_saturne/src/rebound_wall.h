@@ -79,13 +79,15 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings);
 /* Standard deviation [rad] of the tilt that a particle of a diameter [m] meets; 0: smooth walls. */
 double rebound_settings_roughness(const rebound_settings_t *settings, double diameter);
 
-/* Make the fields of sums by face, of works too or not; whether there are those of works; add a hit of
-   a particle, with its velocities before and after, and the works of its impulses [J/kg]. */
+/* Whether a table has a variable, RBT_U to RBT_WORK_SHEAR; rebounds have 0 for others. */
+int rebound_table_gives(const struct rbt_table *table, int variable);
+
+/* Make the fields of sums by face, of works too or not; add a hit of a particle, with its velocities
+   before and after, and the works of its impulses [J/kg]. */
 void rebound_sums_make(int works);
-int rebound_sums_have_works(void);
 void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
                       const double normal[3], const double before[3], const double after[3],
-                      const double taken[2], int stays);
+                      int stays, const double works[2]);
 
 /* Read our user attributes from the files of a restart. */
 void rebound_particles_resume(int first_attribute);

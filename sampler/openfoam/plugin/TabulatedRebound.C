@@ -8,17 +8,16 @@ template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkComponents()
 {
     const bool plane = this->mesh().nGeometricD() < 3;
+    const auto has = [&](const int variable) { return rebound::gives(*table_, variable); };
 
-    if (!table_->gives("u") || !table_->gives("v") || !(plane || table_->gives("w")))
+    if (!has(RBT_U) || !has(RBT_V) || !(plane || has(RBT_W)))
     {
         FatalIOErrorInFunction(this->coefficients())
             << "tableFile: got a table without all velocity components, allowed: one with u, v"
             << (plane ? "" : ", w") << exit(FatalIOError);
     }
 
-    givesSpin_ =
-        table_->gives("omega_z")
-     && (plane || (table_->gives("omega_x") && table_->gives("omega_y")));
+    givesSpin_ = has(RBT_OMEGA_Z) && (plane || (has(RBT_OMEGA_X) && has(RBT_OMEGA_Y)));
 }
 
 
@@ -26,7 +25,7 @@ template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkHalfSize()
 {
     // Only a spin depends on it, which a table without a spin law does not keep
-    const scalar mean = table_->hasSpinLaw() ? table_->meanHalfSize() : 0.5;
+    const scalar mean = hasSpinLaw_ ? rbt_mean_half_size(table_.get(), 1) : 0.5;
     halfSizeRule_ = this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", mean);
 
     if (!(halfSizeRule_ > 0))
@@ -82,7 +81,7 @@ void Foam::TabulatedRebound<CloudType>::checkInjection() const
 template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkSpin() const
 {
-    if (!table_->hasSpinLaw() || !givesSpin_)
+    if (!hasSpinLaw_ || !givesSpin_)
     {
         FatalIOErrorInFunction(this->coefficients())
             << "spin: got yes, allowed: no, with a table without "
@@ -170,7 +169,7 @@ bool Foam::TabulatedRebound<CloudType>::deposit
 
     if (!rbt_deposits(&p.U()[0], &n[0], critical, &Uwall[0])) return false;
 
-    ++counts_.deposited;
+    ++counts_[DEPOSITED];
     countHit(p);
     rebound::stop(p, 0);
     p.U() = Zero;
@@ -189,41 +188,61 @@ uint32_t Foam::TabulatedRebound<CloudType>::countHit(parcelType& p)
 
 
 template<class CloudType>
-void Foam::TabulatedRebound<CloudType>::refuse
+void Foam::TabulatedRebound<CloudType>::draw
 (
-    const parcelType& p,
-    const vector& U,
-    const vector& omega,
+    parcelType& p,
     const polyPatch& pp,
-    const int code
-) const
+    const vector& n,
+    const vector& Uwall,
+    scalar* works
+)
 {
-    FatalErrorInFunction
-        << "parcel (origProc, origId) = (" << p.origProc() << ", " << p.origId() << "), wall "
-        << pp.name() << ": got velocity " << U << " m/s relative to the wall and spin " << omega
-        << " rad/s, allowed: " << table_->range().c_str() << " ("
-        << rbt_strerror(code < 0 ? code : RBT_CLAMPED) << ")"
-        << exit(FatalError);
-}
+    const vector Urelative(p.U() - Uwall);
+    const vector before(keepsSpin_ ? spinOf::get(p) : vector(Zero));
+    const scalar a = halfSizeRule_*p.d();
+    const scalar roughness = roughness_.tilt(p.d());
+    const uint64_t index = (uint64_t(uint32_t(p.origProc())) << 32) | uint32_t(p.origId());
+    const uint32_t hit = countHit(p);
+    vector omega(Zero);
 
+    rbt_impacts impact = {};
+    impact.velocity = &p.U()[0];
+    impact.normal = &n[0];
+    impact.half_size = &a;
+    impact.wall_velocity = &Uwall[0];
+    impact.omega = keepsSpin_ ? &before[0] : nullptr;
+    impact.roughness = &roughness;
+    impact.index = &index;
+    impact.hit = &hit;
+    impact.fresh = !hasSpinLaw_;
+    impact.isotropic = roughness_.isotropic();
 
-template<class CloudType>
-typename Foam::TabulatedRebound<CloudType>::Counts
-Foam::TabulatedRebound<CloudType>::totals() const
-{
-    const scalarField before
-    (
-        this->template getModelProperty<scalarField>("counts", scalarField(5, Zero))
-    );
+    rbt_rebounds after = {};
+    after.velocity = &p.U()[0];
+    after.omega = &omega[0];
+    after.works = works;
 
-    return
+    const int code = rbt_rebound(table_.get(), 1, &impact, seed_, &after);
+
+    if (code < 0 || (refuseOutside_ && (code & (RBT_ANGLE | RBT_SPEED | RBT_SPIN))))
     {
-        int64_t(before[0]) + returnReduce(counts_.hits, sumOp<int64_t>()),
-        int64_t(before[1]) + returnReduce(counts_.clamped, sumOp<int64_t>()),
-        int64_t(before[3]) + returnReduce(counts_.extrapolated, sumOp<int64_t>()),
-        int64_t(before[2]) + returnReduce(counts_.spinLost, sumOp<int64_t>()),
-        int64_t(before[4]) + returnReduce(counts_.deposited, sumOp<int64_t>())
-    };
+        FatalErrorInFunction
+            << "parcel (origProc, origId) = (" << p.origProc() << ", " << p.origId() << "), wall "
+            << pp.name() << ": got velocity " << Urelative << " m/s relative to the wall, half-size "
+            << a << " m and spin " << before << " rad/s, allowed: "
+            << rebound::covered(*table_).c_str() << " ("
+            << rbt_strerror(code) << ")" << exit(FatalError);
+    }
+
+    for (int kind = 0; kind < 4; ++kind)
+    {
+        counts_[ANGLE + kind] += after.flagged[kind];
+    }
+
+    if (keepsSpin_ || (givesSpin_ && spinOf::ofMomentum))
+    {
+        spinOf::set(p, omega);
+    }
 }
 
 
@@ -232,34 +251,34 @@ Foam::TabulatedRebound<CloudType>::totals() const
 template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::report(Ostream* print, Ostream* table)
 {
-    const Counts all = totals();
+    // As scalars: labels may have too few bits
+    scalarField all
+    (
+        this->template getModelProperty<scalarField>("counts", scalarField(COUNTS, Zero))
+    );
+
+    forAll(all, i)
+    {
+        all[i] += returnReduce(counts_[i], sumOp<scalar>());
+    }
 
     if (print)
     {
-        *print
-            << "    Tabulated rebounds (hits, clamped, extrapolated, spin lost, deposited) = "
-            << all.hits << ", " << all.clamped << ", " << all.extrapolated << ", " << all.spinLost
-            << ", " << all.deposited << endl;
+        *print << "    Tabulated rebounds (hits, deposited, angle, speed, spin, extrapolated)";
+        forAll(all, i) *print << (i ? ", " : " = ") << int64_t(all[i]);
+        *print << endl;
     }
 
     if (table)
     {
-        *table
-            << tab << all.hits << tab << all.clamped << tab << all.extrapolated
-            << tab << all.spinLost << tab << all.deposited << endl;
+        forAll(all, i) *table << tab << int64_t(all[i]);
+        *table << endl;
     }
 
     if (this->writeTime())
     {
-        // As scalars: labels may have too few bits
-        scalarField counts(5);
-        counts[0] = all.hits;
-        counts[1] = all.clamped;
-        counts[2] = all.spinLost;
-        counts[3] = all.extrapolated;
-        counts[4] = all.deposited;
-        this->setModelProperty("counts", counts);
-        counts_ = {0, 0, 0, 0, 0};
+        this->setModelProperty("counts", all);
+        for (scalar& count : counts_) count = 0;
     }
 }
 
@@ -267,8 +286,8 @@ void Foam::TabulatedRebound<CloudType>::report(Ostream* print, Ostream* table)
 template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::nameColumns(Ostream& table) const
 {
-    table << tab << "hits" << tab << "clamped" << tab << "extrapolated" << tab << "spinLost"
-        << tab << "deposited";
+    table << tab << "hits" << tab << "deposited" << tab << "angle" << tab << "speed"
+        << tab << "spin" << tab << "extrapolated";
 }
 
 
@@ -284,9 +303,10 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     roughness_(this->coefficients()),
     depositSpeed_(0),
     depositDiameter_(0),
+    hasSpinLaw_(false),
     givesSpin_(false),
     keepsSpin_(false),
-    counts_{0, 0, 0, 0, 0}
+    counts_{}
 {
     const dictionary& coeffs = this->coefficients();
 
@@ -317,22 +337,22 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
         path = this->mesh().time().globalPath()/path;
     }
 
-    table_ = std::make_shared<reboundTable>(path, coeffs);
+    table_ = rebound::openTable(path, coeffs);
+    hasSpinLaw_ = rbt_has_spin_law(table_.get());
 
     checkComponents();
     checkHalfSize();
     checkDeposit();
     checkInjection();
 
-    const bool can = table_->hasSpinLaw() && givesSpin_;
-    keepsSpin_ = coeffs.template lookupOrDefault<Switch>("spin", can);
+    keepsSpin_ = coeffs.template lookupOrDefault<Switch>("spin", hasSpinLaw_ && givesSpin_);
     if (keepsSpin_) checkSpin();
 
     followSpin();
 
     if (coeffs.template lookupOrDefault<Switch>("faceSums", false))
     {
-        const bool works = table_->gives("work_normal") && roughness_.smooth();
+        const bool works = rebound::gives(*table_, RBT_WORK_NORMAL);
         sums_ = std::make_shared<faceSums>(cloud.mesh(), cloud.name(), works);
     }
 }
@@ -368,63 +388,21 @@ bool Foam::TabulatedRebound<CloudType>::correct
     // On the wall but leaving it already. A velocity of NaN is an error, below
     if ((Urelative & nOut) <= 0) return true;
 
-    ++counts_.hits;
+    ++counts_[HITS];
 
-    Pair<scalar> works(0, 0);
-    const auto sum = [&](const vector& after, const bool stays)
-    {
-        const label face = pp.whichFace(p.face());
-        const scalar n = p.nParticle();
-        if (sums_)
-        {
-            sums_->add(pp.index(), face, n, n*p.mass(), nOut, Urelative, after, stays, works);
-        }
-    };
+    scalar works[2] = {0, 0};
+    const bool stays = deposit(p, -nOut, Uwall);
 
-    if (deposit(p, -nOut, Uwall))
+    if (!stays) draw(p, pp, -nOut, Uwall, works);
+
+    if (sums_)
     {
-        sum(Zero, true);
-        return true;
+        const vector after(stays ? vector(Zero) : p.U() - Uwall);
+        sums_->add(p, pp, nOut, Urelative, after, stays, works);
     }
-
-    const uint64_t identity = (uint64_t(uint32_t(p.origProc())) << 32) | uint32_t(p.origId());
-    const scalar a = halfSizeRule_*p.d();
-
-    const vector before(keepsSpin_ ? spinOf::get(p) : vector(Zero));
-    const vector* spin = keepsSpin_ ? &before : nullptr;
-    const uint32_t hit = countHit(p);
-    vector omega(Zero);
-    if (sums_ && sums_->works())
-    {
-        works = table_->works(p.U(), -nOut, Uwall, a, spin, seed_, identity, hit);
-    }
-    const int code = table_->rebound
-    (
-        p.U(), omega, -nOut, Uwall, a, roughness_.tilt(p.d()), roughness_.isotropic(),
-        spin, seed_, identity, hit
-    );
-
-    if (code < 0 || ((code & RBT_CLAMPED) && refuseOutside_))
-    {
-        refuse(p, Urelative, before, pp, code);
-    }
-
-    sum(p.U() - Uwall, false);
 
     // A plane or wedge case cannot move a parcel out of its plane
     meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());
-
-    if (code & RBT_CLAMPED) ++counts_.clamped;
-    if (code & RBT_EXTRAPOLATED) ++counts_.extrapolated;
-
-    if (keepsSpin_ || (givesSpin_ && spinOf::ofMomentum))
-    {
-        spinOf::set(p, omega);
-    }
-    else
-    {
-        ++counts_.spinLost;
-    }
 
     return true;
 }

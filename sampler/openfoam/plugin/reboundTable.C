@@ -6,14 +6,19 @@
 #include "mathematicalConstants.H"
 #include "stringOps.H"
 
+#include <algorithm>
+
 static_assert(sizeof(Foam::scalar) == sizeof(double), "draws are in double precision");
 
 
-Foam::reboundTable::reboundTable(const fileName& path, const dictionary& coeffs)
-:
-    table_(nullptr)
+std::shared_ptr<const rbt_table> Foam::rebound::openTable
+(
+    const fileName& path,
+    const dictionary& coeffs
+)
 {
-    const int code = rbt_open(path.c_str(), &table_);
+    rbt_table* table = nullptr;
+    const int code = rbt_open(path.c_str(), &table);
 
     if (code < 0)
     {
@@ -21,102 +26,33 @@ Foam::reboundTable::reboundTable(const fileName& path, const dictionary& coeffs)
             << "tableFile: got " << path << ", allowed: a file that `sampler export` wrote ("
             << rbt_strerror(code) << ")" << exit(FatalIOError);
     }
+
+    return std::shared_ptr<const rbt_table>(table, rbt_close);
 }
 
 
-Foam::reboundTable::~reboundTable()
+bool Foam::rebound::gives(const rbt_table& table, const int variable)
 {
-    rbt_close(table_);
-}
-
-
-bool Foam::reboundTable::gives(const word& component) const
-{
-    static const wordList names
-    ({
-        "u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions", "work_normal"
-    });
-
     int columns[RBT_VALUES];
-    const int n = rbt_components(table_, columns);
+    const int n = rbt_components(&table, columns);
 
-    for (int i = 0; i < n; ++i)
-    {
-        if (columns[i] < names.size() && names[columns[i]] == component) return true;
-    }
-
-    return false;
+    return std::find(columns, columns + n, variable) != columns + n;
 }
 
 
-bool Foam::reboundTable::hasSpinLaw() const
+Foam::string Foam::rebound::covered(const rbt_table& table)
 {
-    return rbt_has_spin_law(table_);
-}
-
-
-Foam::scalar Foam::reboundTable::meanHalfSize() const
-{
-    return rbt_mean_half_size(table_, 1);
-}
-
-
-Foam::string Foam::reboundTable::range() const
-{
-    double alpha[2], speed[2];
-    rbt_alpha_range(table_, alpha);
-    rbt_speed_range(table_, speed);
+    rbt_range range;
+    rbt_covered(&table, &range);
 
     const scalar degrees = 180/constant::mathematical::pi;
+    const auto span = [](const scalar from, const scalar to, const char* unit)
+    {
+        return name(from) + " to " + name(to) + unit;
+    };
 
-    return string
-    (
-        name(alpha[0]*degrees) + " to " + name(alpha[1]*degrees) + " deg, "
-      + name(speed[0]) + " to " + name(speed[1]) + " m/s"
-    );
-}
-
-
-int Foam::reboundTable::rebound
-(
-    vector& U,
-    vector& omega,
-    const vector& n,
-    const vector& Uwall,
-    const scalar a,
-    const scalar roughness,
-    const bool isotropic,
-    const vector* before,
-    const uint64_t seed,
-    const uint64_t particle,
-    const uint32_t hit
-) const
-{
-    return rbt_rebound_grain
-    (
-        table_, &U[0], &n[0], a, &Uwall[0], roughness, isotropic,
-        before ? &(*before)[0] : nullptr, nullptr, seed, particle, hit, &U[0], &omega[0]
-    );
-}
-
-
-Foam::Pair<Foam::scalar> Foam::reboundTable::works
-(
-    const vector& U,
-    const vector& n,
-    const vector& Uwall,
-    const scalar a,
-    const vector* before,
-    const uint64_t seed,
-    const uint64_t particle,
-    const uint32_t hit
-) const
-{
-    Pair<scalar> taken(0, 0);
-    rbt_works
-    (
-        table_, &U[0], &n[0], a, &Uwall[0], before ? &(*before)[0] : nullptr, seed, particle, hit,
-        &taken[0]
-    );
-    return taken;
+    return
+        span(range.alpha1[0]*degrees, range.alpha1[1]*degrees, " deg, ")
+      + span(range.speed[0], range.speed[1], " m/s, spins of ")
+      + span(range.spin[0], range.spin[1], " V/a");
 }

@@ -1,5 +1,7 @@
 """C header and Fortran module hold the constants of the one description."""
 
+import runpy
+
 import pytest
 
 from sampler.errors import CODES, Code, InputError
@@ -19,25 +21,33 @@ def test_is_up_to_date(name):
     assert generated(name, text_of(name)) == text_of(name), f"{name} is out of date: {COMMAND}"
 
 
-@pytest.mark.parametrize("name", PARTS)
-def test_a_new_code_would_be_missed(name, monkeypatch):
-    monkeypatch.setattr(generated_code, "CODES", (*CODES, Code("ERR_NEW", -99, "new")))
-    assert "RBT_ERR_NEW" in generated(name, text_of(name))
+def test_the_header_is_put_together_from_its_sections():
+    build = runpy.run_path(str(include_directory() / "build.py"))
+    command = "python sampler/c/build.py"
+    assert text_of("rebound_sampler.h") == build["header"](), f"it is out of date: {command}"
+    longest = max(len(text_of(f"src/{name}.h").splitlines()) for name in build["SECTIONS"])
+    assert longest <= 500
+
+
+def test_a_new_code_would_be_missed(monkeypatch):
+    monkeypatch.setattr(generated_code, "CODES", (*CODES, Code("NEW", 16, "new")))
+    for name in ("src/public.h", "src/open.h", "../fortran/rebound_sampler.f90", "../EMBEDDING.md"):
+        assert "RBT_NEW" in generated(name, text_of(name))
 
 
 @pytest.mark.parametrize("name", PARTS)
 def test_a_lost_mark_is_refused(name):
-    broken = text_of(name).replace("end constants", "")
-    with pytest.raises(InputError, match="part 'constants' is not marked, allowed: "):
-        generated(name, broken)
+    part = next(iter(PARTS[name]))
+    with pytest.raises(InputError, match=f"part '{part}' is not marked, allowed: "):
+        generated(name, text_of(name).replace(f"end {part}", ""))
 
 
 def test_command_writes_the_files(tmp_path, monkeypatch):
-    (tmp_path / "c").mkdir()
-    (tmp_path / "fortran").mkdir()
     current = {name: text_of(name) for name in PARTS}
     monkeypatch.setattr(generated_code, "include_directory", lambda: tmp_path / "c")
     for name, text in current.items():
-        (tmp_path / "c" / name).write_text(text.replace("-28", "-29"), encoding="utf-8")
+        path = (tmp_path / "c" / name).resolve()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.replace("-28", "-29").replace("2u", "3u"), encoding="utf-8")
     generated_code.main()
     assert {name: (tmp_path / "c" / name).read_text() for name in PARTS} == current

@@ -1,0 +1,57 @@
+/* The library that Python loads: the draw, and what Python alone needs. */
+
+#include "rebound_sampler.h"
+
+/* As rbt_open_memory, for an image that Python has just made of a table that it has checked: there is
+   no checksum. */
+int rbt_open_image(const void *image, size_t size, rbt_table **table)
+{
+    return rbti_open(image, size, 0, table);
+}
+
+/* -- functions of one particle for n of them: arrays have n numbers, or 3 n where they are vectors -- */
+
+void rbt_gas_torque_rows(size_t n, const double *omega, const double *diameter,
+                         const double *density, const double *viscosity,
+                         const double *gas_rotation, double *torque)
+{
+    for (size_t k = 0; k < n; k++)
+        rbt_gas_torque(omega + 3 * k, diameter[k], density[k], viscosity[k], gas_rotation + 3 * k,
+                       torque + 3 * k);
+}
+
+void rbt_spin_after_rows(size_t n, const double *omega, const double *time, const double *inertia,
+                         const double *diameter, const double *density, const double *viscosity,
+                         const double *gas_rotation, double *new_omega)
+{
+    for (size_t k = 0; k < n; k++)
+        rbt_spin_after(omega + 3 * k, time[k], inertia[k], diameter[k], density[k], viscosity[k],
+                       gas_rotation + 3 * k, new_omega + 3 * k);
+}
+
+/* Ratios: 2 n, b/a and c/b. */
+void rbt_half_size_rows(size_t n, const double *diameter, const double *shape, const double *ratios,
+                        double *half_size)
+{
+    for (size_t k = 0; k < n; k++) {
+        const double grain[3] = {shape[k], ratios[2 * k], ratios[2 * k + 1]};
+        half_size[k] = rbt_half_size(diameter[k], grain);
+    }
+}
+
+void rbt_deposits_rows(size_t n, const double *velocity, const double *normal,
+                       const double *critical_speed, const double *wall_velocity, uint8_t *stays)
+{
+    for (size_t k = 0; k < n; k++)
+        stays[k] = (uint8_t)rbt_deposits(velocity + 3 * k, normal + 3 * k, critical_speed[k],
+                                         wall_velocity + 3 * k);
+}
+
+/* Tilts, NaN where rbt_wall_tilt refuses the lengths. */
+void rbt_wall_tilt_rows(size_t n, const double *ra, const double *rq, const double *rsm,
+                        const double *diameter, double *tilt)
+{
+    for (size_t k = 0; k < n; k++)
+        if (rbt_wall_tilt(ra[k], rq[k], rsm[k], diameter[k], tilt + k) != RBT_OK)
+            tilt[k] = NAN;
+}

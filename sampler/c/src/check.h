@@ -1,0 +1,195 @@
+#ifndef RBT_DEVICE_ONLY
+
+/* Structure only: no draw of an accepted image reads outside it. Values were checked in Python, where
+   the table was made. */
+static int rbti_check_start(const char *image, size_t size, rbti_header *header)
+{
+    const uint32_t one = 1;
+    uint8_t least;
+    memcpy(&least, &one, 1);
+    RBTI_NEED(least == 1, RBT_ERR_BIG_ENDIAN);
+    RBTI_NEED(size >= 8 && memcmp(image, RBTI_MAGIC, 8) == 0, RBT_ERR_FORMAT);
+    const size_t needed = offsetof(rbti_header, file_bytes);
+    RBTI_NEED(size >= needed, RBT_ERR_SIZE);
+    memcpy(header, image, needed);
+    RBTI_NEED(header->major == RBTI_MAJOR, RBT_ERR_VERSION);
+    RBTI_NEED(size >= sizeof *header && size < RBTI_MOST_BYTES, RBT_ERR_SIZE);
+    memcpy(header, image, sizeof *header);
+    RBTI_NEED(header->file_bytes == size, RBT_ERR_SIZE);
+    RBTI_NEED(header->header_bytes >= sizeof *header && header->header_bytes <= size, RBT_ERR_SIZE);
+    return RBT_OK;
+}
+
+static int rbti_check_sum(const char *image, size_t size, const rbti_header *header)
+{
+    const size_t at = offsetof(rbti_header, sha256);
+    uint8_t digest[32];
+    const uint8_t *bytes = (const uint8_t *)image;
+    rbti_sha256(bytes, at, bytes + at + 32, size - at - 32, digest);
+    return memcmp(digest, header->sha256, 32) == 0 ? RBT_OK : RBT_ERR_CHECKSUM;
+}
+
+/* A table has nodes, and may have a spin law, whose outcomes may be less those of spheres; or it is one
+   of spheres. What it lacks has no dimensions. */
+static int rbti_check_dimensions(const rbti_header *h)
+{
+    const int nodes = (h->flags & RBTI_SPHERES) == 0, law = h->n_leaves > 0;
+    const int grains = law || !nodes, laws = h->n_laws > 0 || !nodes;
+#define RBTI_DO(there, name, least, most)                                                          \
+    RBTI_NEED(there ? h->name >= least && h->name <= most : h->name == 0, RBT_ERR_DIMENSIONS);
+    RBTI_DIMENSIONS(RBTI_DO)
+#undef RBTI_DO
+    RBTI_NEED((nodes || !law) && (grains || !laws) && h->n_outcomes != 7, RBT_ERR_DIMENSIONS);
+    const uint32_t needed = 1 + h->n_channels + h->n_channels * (h->n_channels + 1) / 2;
+    uint32_t stride = 1;
+    while (stride < needed)
+        stride *= 2;
+    RBTI_NEED(!nodes || h->stride == stride, RBT_ERR_DIMENSIONS);
+    return RBT_OK;
+}
+
+/* Whether the name of the pair ends in the header, and has no bytes that control a terminal. */
+static int rbti_pair_holds(const rbti_header *h)
+{
+    unsigned before = 0;
+    for (size_t k = 0; k < sizeof h->pair; k++) {
+        const unsigned byte = (unsigned char)h->pair[k];
+        if (byte == 0)
+            return 1;
+        if (byte < 0x20 || byte == 0x7f || (before == 0xc2 && byte < 0xa0))
+            return 0;
+        before = byte;
+    }
+    return 0;
+}
+
+/* Bits of n names, all below a number and different, followed by -1 only; -1 if they are not. */
+static int rbti_name_bits(const int8_t names[RBTI_NAMES], uint32_t n, int known)
+{
+    int bits = 0;
+    for (uint32_t k = 0; k < RBTI_NAMES; k++) {
+        if (k >= n) {
+            if (names[k] != -1)
+                return -1;
+            continue;
+        }
+        if (names[k] < 0 || names[k] >= known || (bits >> names[k] & 1))
+            return -1;
+        bits |= 1 << names[k];
+    }
+    return bits;
+}
+
+static int rbti_check_names(const rbti_header *h)
+{
+    static const int needs[RBT_VALUES] = RBTI_NEEDS;
+    RBTI_NEED(rbti_pair_holds(h), RBT_ERR_NAMES);
+    RBTI_NEED(rbti_name_bits(h->channels, h->n_channels, RBTI_CHANNELS) >= 0,
+              RBT_ERR_NAMES);
+    RBTI_NEED(rbti_name_bits(h->columns, h->n_columns, RBT_VALUES) >= 0, RBT_ERR_NAMES);
+    int needed = 0, held = 0;
+    uint32_t marginals = 0;
+    for (uint32_t k = 0; k < RBTI_NAMES; k++) {
+        if (h->marginals[k] != -1) {
+            RBTI_NEED(k < h->n_channels && h->marginals[k] == (int)marginals, RBT_ERR_NAMES);
+            marginals++;
+            held |= 1 << h->channels[k];
+        }
+        if (k < h->n_columns)
+            needed |= needs[h->columns[k]];
+    }
+    /* a table that lost its works still gives out u and w after them */
+    RBTI_NEED(h->n_channels == 0 || held == needed || held == (needed | RBTI_NORMAL_HAT), RBT_ERR_NAMES);
+    RBTI_NEED(marginals == h->n_marginals, RBT_ERR_NAMES);
+    return RBT_OK;
+}
+
+/* Whether rows of numbers, and extra numbers behind them, lie in the file at an aligned offset.
+   Rows and numbers are below 2^38 each, and a quotient rounded down cannot mislead. */
+static int rbti_lies(const rbti_header *h, uint64_t at, uint64_t rows, uint64_t numbers,
+                     uint64_t extra, uint64_t bytes)
+{
+    if (at % 64 != 0 || at < h->header_bytes || at > h->file_bytes)
+        return 0;
+    const uint64_t room = (h->file_bytes - at) / bytes;
+    return extra <= room && rows <= (room - extra) / numbers;
+}
+
+static int rbti_check_offsets(const rbti_header *h)
+{
+#define RBTI_DO(name, member, type, count, rows, numbers, extra)                                   \
+    RBTI_NEED(count == 0 || rbti_lies(h, h->at_##name, rows, numbers, extra, sizeof(type)),        \
+              RBT_ERR_OFFSETS);
+    RBTI_ARRAYS(RBTI_DO)
+#undef RBTI_DO
+    return RBT_OK;
+}
+
+/* Whether the numbers of nodes along an axis are such. */
+static int rbti_axis_holds(const rbt_axis *axis)
+{
+    int holds = axis->offset >= 0 && axis->offset <= (int32_t)RBTI_MOST_NUMBER;
+    for (int32_t k = 0; k < axis->grid; k++)
+        holds &= axis->coordinate[k] >= 0.0 && axis->coordinate[k] <= RBTI_MOST_NUMBER;
+    return holds;
+}
+
+/* Components of the alias tables, and those where classes begin. */
+static int rbti_components_hold(const rbt_table *table, size_t nodes)
+{
+    const size_t components = (size_t)table->n_components, classes = (size_t)table->n_classes;
+    int holds = 1;
+    for (size_t k = 0; k < nodes * components; k++)
+        holds &= (table->alias[k] & 0xffffu) < components;
+    for (size_t k = 0; k < nodes * classes; k++)
+        holds &= table->first_of_class[k] <= components;
+    return holds;
+}
+
+/* Every path through a tree goes on to later nodes, and so ends, in a leaf. */
+static int rbti_trees_hold(const rbt_spin_law *law)
+{
+    int holds = 1;
+    for (int32_t k = 0; k < law->n_shapes && law->roots; k++)
+        holds &= law->roots[k] >= 0 && law->roots[k] < law->n_nodes;
+    for (int32_t k = 0; k < 2 * law->n_nodes; k++) {
+        const int32_t child = law->node_child[k];
+        holds &= law->node_axis[k / 2] >= 0 && law->node_axis[k / 2] <= RBTI_SQUARE;
+        holds &= child >= 0 ? child > k / 2 && child < law->n_nodes : child >= -law->n_leaves;
+    }
+    return holds;
+}
+
+/* Whether numbers are a table over angles and at most so many speeds. */
+static int rbti_is_table(const double *numbers, int32_t count, double speeds)
+{
+    const double n = count < 2 ? 0.0 : numbers[0], m = count < 2 ? 0.0 : numbers[1];
+    return n >= 1.0 && m >= 1.0 && m <= speeds && floor(n) == n && floor(m) == m &&
+           (double)count == 2.0 + n + m + n * m;
+}
+
+/* Laws of contact that are known, and their tables. */
+static int rbti_laws_hold(const double *law, int32_t count)
+{
+    if (!(law[RBTI_RESTITUTION] >= 0.0 && law[RBTI_RESTITUTION] <= (double)RBTI_TABULATED &&
+          law[RBTI_RESISTANCE] >= 0.0 && law[RBTI_RESISTANCE] <= (double)RBTI_COULOMB &&
+          law[RBTI_LENGTH] >= 0.0 && law[RBTI_LENGTH] <= (double)(count - RBTI_NUMBERS)))
+        return 0;
+    const int length = (int)law[RBTI_LENGTH], left = count - RBTI_NUMBERS - length;
+    const int needed = (int)law[RBTI_RESISTANCE] == RBTI_TABULATED_RESISTANCE || left > 0;
+    return ((int)law[RBTI_RESTITUTION] != RBTI_TABULATED ||
+            rbti_is_table(law + RBTI_NUMBERS, length, (double)length)) &&
+           (!needed || rbti_is_table(law + RBTI_NUMBERS + length, left, 1.0));
+}
+
+/* All that a draw takes as an index. */
+static int rbti_check_indices(const rbt_table *table, const rbti_header *h)
+{
+    RBTI_NEED(rbti_axis_holds(&table->alpha) && rbti_axis_holds(&table->speed), RBT_ERR_INDICES);
+    RBTI_NEED(rbti_components_hold(table, (size_t)rbti_nodes(h)), RBT_ERR_INDICES);
+    RBTI_NEED(rbti_trees_hold(&table->spin), RBT_ERR_INDICES);
+    RBTI_NEED(!table->laws || rbti_laws_hold(table->laws, table->n_laws), RBT_ERR_INDICES);
+    return RBT_OK;
+}
+
+#endif

@@ -1,0 +1,428 @@
+/* -- the first-impact draw -----------------------------------------------------------------------
+
+   The law of particles that arrive without spin. A table has nodes of impact angle and speed, and a cell
+   between each four of them. A node has a mixture of components, each of one of the classes of
+   rebounds. The arrays are those of tables/FORMAT.md, "Binary table", the steps those of "A draw":
+
+     words  rbti_fill_words        Philox4x32-10 of (seed, index, hit)
+     1      rbti_locate            cell of the condition, weights of its nodes
+     2      rbti_choose_node       one of the four nodes, by word 1
+     3      rbti_choose_component  one of its components, by word 0, and the class of it
+     4      rbti_fill_normals      words to normals n
+            rbti_mix               variates mean + L n, reflected or not, to places among knots
+     5      rbti_fill_channel      quantiles at these places, averaged over the nodes
+            rbti_to_states         channels to variables of the state */
+
+typedef struct rbti_draws {
+    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK];
+    uint32_t words[12 * RBTI_BLOCK];
+    double alpha_weight[RBTI_BLOCK], speed_weight[RBTI_BLOCK];
+    float weights[4 * RBTI_BLOCK]; /* of the nodes of the cell */
+    int32_t alpha_node[RBTI_BLOCK], speed_node[RBTI_BLOCK];
+    int32_t record[RBTI_BLOCK];    /* first number of the mixture component's record */
+    int32_t functions[RBTI_BLOCK]; /* first quantile function of the cell and class */
+    float values[RBTI_NAMES * RBTI_BLOCK];    /* normals, then fractions, by row of the factor */
+    int32_t entries[RBTI_NAMES * RBTI_BLOCK]; /* quantiles at the knot below, by row */
+    double channels[RBTI_CHANNELS * RBTI_BLOCK];
+} rbti_draws;
+
+/* Flags of a condition, without branches: one range for both laws. */
+RBTI_INLINE RBT_DEVICE int rbti_flags(const rbt_table *table, double alpha1, double speed)
+{
+    const int angle = (alpha1 < table->alpha.low) | (alpha1 > table->alpha.high);
+    const int fast = (speed < table->speed.low) | (speed > table->speed.high);
+    const int far = (speed < table->valid_speed[0]) | (speed > table->valid_speed[1]);
+    return angle * RBT_ANGLE | fast * RBT_SPEED | far * RBT_EXTRAPOLATED;
+}
+
+#ifdef RBTI_BLOCKS
+/* Whether a condition is none, without branches; rbti_error says why. */
+RBTI_INLINE RBT_DEVICE int rbti_is_bad(double alpha1, double speed)
+{
+    const int bad = (alpha1 <= 0.0) | (alpha1 > RBTI_HALF_PI + RBTI_ROUNDING) | (speed <= 0.0);
+    return bad | (1 - rbti_finite(alpha1) * rbti_finite(speed));
+}
+#endif
+
+RBTI_INLINE RBT_DEVICE int rbti_error(double alpha1, double speed)
+{
+    if (!(rbti_finite(alpha1) && rbti_finite(speed)))
+        return RBT_ERR_NOT_FINITE;
+    if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
+        return RBT_ERR_NOT_APPROACHING;
+    return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_OK;
+}
+
+/* Lower nodes of the cell on an axis; weights of the upper ones. */
+RBTI_INLINE RBT_DEVICE void rbti_locate(size_t m, const rbt_axis *of, const double *values,
+                                        int32_t *nodes, double *weights)
+{
+    const rbt_axis axis = *of;
+    RBTI_EACH_DRAW(r) {
+        double value = values[r] > axis.first ? values[r] : axis.first;
+        value = value < axis.last ? value : axis.last;
+        double position = (value - axis.origin) * axis.scale;
+        position = position > 0.0 ? position : 0.0;
+        position = position < axis.grid - 1.0 ? position : axis.grid - 1.0;
+        int32_t k = (int32_t)position;
+        k = k < axis.grid - 2 ? k : axis.grid - 2;
+        const double below = axis.coordinate[k];
+        const double x = below + (position - k) * (axis.coordinate[k + 1] - below);
+        /* on an axis of one node both neighbours are that node, with weight 0 for the upper one */
+        int32_t lower = (int32_t)x - axis.offset;
+        lower = lower < axis.nodes - 2 ? lower : axis.nodes - 2;
+        lower = lower > 0 ? lower : 0;
+        const double most = axis.nodes > 1 ? 1.0 : 0.0;
+        double rest = x - (lower + axis.offset);
+        rest = rest > 0.0 ? rest : 0.0;
+        weights[r] = rest < most ? rest : most;
+        nodes[r] = lower;
+    }
+}
+
+/* Weights of the four nodes; one of them with these weights, by the upper 20 bits of word 1; column
+   of its alias table and place in it in units of 2^-16: integer and fractional part of word 0 times
+   the number of columns over 2^32, in 32 bits. */
+RBTI_INLINE RBT_DEVICE void rbti_choose_node(size_t m, const rbt_table *table, rbti_draws *d,
+                                             int32_t *node, int32_t *column, uint32_t *fraction)
+{
+    const int32_t last_alpha = table->alpha.nodes - 1, last_speed = table->speed.nodes - 1;
+    const uint32_t columns = (uint32_t)table->n_components;
+    RBTI_EACH_DRAW(r) {
+        const double t = d->alpha_weight[r], s = d->speed_weight[r];
+        const double w0 = (1.0 - t) * (1.0 - s), w1 = (1.0 - t) * s, w2 = t * (1.0 - s);
+        d->weights[r] = (float)w0;
+        d->weights[m + r] = (float)w1;
+        d->weights[2 * m + r] = (float)w2;
+        d->weights[3 * m + r] = (float)(t * s);
+        const double c = ((double)(int32_t)(d->words[m + r] >> 12) + 0.5) * (1.0 / 1048576.0);
+        const double half = w0 + w1;
+        const int32_t upper_alpha = c >= half;
+        const double limit = upper_alpha ? half + w2 : w0;
+        const int32_t upper_speed = c >= limit;
+        const int32_t i = d->alpha_node[r] + upper_alpha, j = d->speed_node[r] + upper_speed;
+        node[r] = (i < last_alpha ? i : last_alpha) * (last_speed + 1) +
+                  (j < last_speed ? j : last_speed);
+        const uint32_t word = d->words[r];
+        const uint32_t product = (word >> 16) * columns + ((word & 0xffffu) * columns >> 16);
+        fraction[r] = product & 0xffffu;
+        column[r] = (int32_t)(product >> 16);
+    }
+}
+
+/* One mixture component of the node, by the alias method, and its class. */
+RBTI_INLINE RBT_DEVICE void rbti_choose_component(size_t m, const rbt_table *table, rbti_draws *d)
+{
+    const int32_t components = table->n_components, classes = table->n_classes;
+    const int32_t cells_of_row = table->speed.nodes > 1 ? table->speed.nodes - 1 : 1;
+    int32_t node[RBTI_BLOCK] RBTI_ALIGNED, column[RBTI_BLOCK] RBTI_ALIGNED;
+    int32_t kind[RBTI_BLOCK] RBTI_ALIGNED, first[RBTI_BLOCK] RBTI_ALIGNED;
+    uint32_t fraction[RBTI_BLOCK] RBTI_ALIGNED, entry[RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_choose_node(m, table, d, node, column, fraction);
+    RBTI_EACH_DRAW(r)
+        RBTI_PREFETCH(table->alias + node[r] * components + column[r]);
+    RBTI_EACH_DRAW(r)
+        entry[r] = table->alias[node[r] * components + column[r]];
+    RBTI_EACH_DRAW(r) {
+        const int32_t other = (int32_t)(entry[r] & 0xffffu);
+        column[r] = fraction[r] >= entry[r] >> 16 ? other : column[r];
+        kind[r] = 0;
+    }
+    for (int32_t k = 1; k < classes; k++) {
+        RBTI_EACH_DRAW(r)
+            first[r] = table->first_of_class[node[r] * classes + k];
+        RBTI_EACH_DRAW(r)
+            kind[r] = column[r] >= first[r] ? k : kind[r];
+    }
+    RBTI_EACH_DRAW(r) {
+        const int32_t cell = d->alpha_node[r] * cells_of_row + d->speed_node[r];
+        d->record[r] = (node[r] * components + column[r]) * table->stride;
+        d->functions[r] = (cell * classes + kind[r]) * table->n_marginals;
+    }
+    RBTI_EACH_DRAW(r)
+        RBTI_PREFETCH(table->components + d->record[r]);
+}
+
+/* Pairs of 16-bit numbers in the longest record, of 8 channels. */
+#define RBTI_PAIRS 23
+
+/* Records, number by number: factors[k][r] is number k of the record of draw r. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_factors(size_t m, const rbt_table *table, int32_t n,
+                                              const int32_t *records, float *factors)
+{
+    const int32_t pairs = (2 + n + n * (n + 1) / 2) / 2;
+    uint32_t raw[RBTI_PAIRS * RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r) {
+        const int16_t *record = table->components + records[r];
+        for (int32_t k = 0; k < pairs; k++)
+            memcpy(raw + (size_t)k * m + r, record + 2 * k, sizeof *raw);
+    }
+    for (size_t k = 0; k < (size_t)pairs; k++) {
+        RBTI_EACH_DRAW(r) {
+            const uint32_t pair = raw[k * m + r];
+            factors[2 * k * m + r] = (float)((int32_t)(pair << 16) >> 16);
+            factors[(2 * k + 1) * m + r] = (float)((int32_t)pair >> 16);
+        }
+    }
+}
+
+/* Normals to variates mean + L n, reflected or not, and these to fractions between knots. */
+RBTI_INLINE RBT_DEVICE void rbti_mix(size_t m, const rbt_table *table, int32_t n, rbti_draws *d)
+{
+    const float variate_max = (float)table->variate_max, scale = (float)table->variate_scale;
+    const float last = (float)(table->n_knots - 1);
+    const int32_t last_but_one = table->n_knots - 2, knots = table->n_knots;
+    float factors[2 * RBTI_PAIRS * RBTI_BLOCK] RBTI_ALIGNED;
+    float unit[2 * RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_fill_factors(m, table, n, d->record, factors);
+    RBTI_EACH_DRAW(r) {
+        const float limit = (float)(int32_t)(d->words[m + r] & 4095u);
+        unit[r] = RBTI_UNIT;
+        unit[m + r] = limit < factors[r] ? -RBTI_UNIT : RBTI_UNIT;
+    }
+    for (int32_t row = n - 1; row >= 0; row--) {
+        /* from the last row upwards, so that each row still finds the normals it needs */
+        const float *units = table->mirrored[row] ? unit + m : unit;
+        const float *factor = factors + (size_t)(1 + row) * m;
+        float *values = d->values + (size_t)row * m;
+        int32_t *entries = d->entries + (size_t)row * m;
+        float z[RBTI_BLOCK] RBTI_ALIGNED;
+        RBTI_EACH_DRAW(r)
+            z[r] = factor[r];
+        factor += (size_t)n * m;
+        for (int32_t column = 0; column <= row; column++) {
+            RBTI_EACH_DRAW(r)
+                z[r] += factor[r] * d->values[(size_t)column * m + r];
+            factor += (size_t)(n - column - 1) * m;
+        }
+        RBTI_EACH_DRAW(r) {
+            float position = (z[r] * units[r] + variate_max) * scale;
+            position = position > 0.0f ? position : 0.0f;
+            position = position < last ? position : last;
+            int32_t k = (int32_t)position;
+            k = k < last_but_one ? k : last_but_one;
+            values[r] = position - (float)k;
+            entries[r] = ((d->functions[r] + table->marginals[row]) * knots + k) * 4;
+        }
+        if (table->marginals[row] >= 0) {
+            RBTI_EACH_DRAW(r)
+                RBTI_PREFETCH(table->quantiles + entries[r]);
+        }
+    }
+}
+
+/* Quantiles of one channel between knots, averaged over the four nodes. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_channel(size_t m, const rbt_table *table, int32_t row,
+                                              const rbti_draws *d, double *channel)
+{
+    uint32_t raw[4 * RBTI_BLOCK] RBTI_ALIGNED;
+    const float *fractions = d->values + (size_t)row * m;
+    const int32_t *entries = d->entries + (size_t)row * m;
+    double least[RBTI_BLOCK] RBTI_ALIGNED, step[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r) {
+        uint32_t eight[4];
+        memcpy(eight, table->quantiles + entries[r], sizeof eight);
+        raw[r] = eight[0];
+        raw[m + r] = eight[1];
+        raw[2 * m + r] = eight[2];
+        raw[3 * m + r] = eight[3];
+    }
+    RBTI_EACH_DRAW(r) {
+        const double *span = table->spans + 2 * (d->functions[r] + table->marginals[row]);
+        least[r] = span[0];
+        step[r] = span[1];
+    }
+    RBTI_EACH_DRAW(r) {
+        const float f = fractions[r];
+        float mean[2];
+        for (size_t half = 0; half < 2; half++) {
+            const uint32_t low = raw[half * m + r], high = raw[(2 + half) * m + r];
+            const float *weights = d->weights + 2 * half * m + r;
+            const float low0 = (float)(int32_t)(low & 0xffffu);
+            const float low1 = (float)(int32_t)(low >> 16);
+            const float high0 = (float)(int32_t)(high & 0xffffu);
+            const float high1 = (float)(int32_t)(high >> 16);
+            mean[half] = weights[0] * (low0 + f * (high0 - low0)) +
+                         weights[m] * (low1 + f * (high1 - low1));
+        }
+        channel[r] = least[r] + step[r] * (double)(mean[0] + mean[1]);
+    }
+}
+
+/* The same in its place among the channels. In registers, which a device has in place of memory, no
+   place can be looked up. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_place(size_t m, const rbt_table *table, int32_t row,
+                                            rbti_draws *d)
+{
+#if defined(RBTI_GPU)
+    double channel;
+    rbti_fill_channel(m, table, row, d, &channel);
+    for (int k = 0; k < RBTI_CHANNELS; k++)
+        d->channels[k] = k == table->channels[row] ? channel : d->channels[k];
+#else
+    rbti_fill_channel(m, table, row, d, d->channels + (size_t)table->channels[row] * m);
+#endif
+}
+
+/* Whether the table has a variable. */
+RBTI_INLINE RBT_DEVICE int rbti_has(const rbt_table *table, int variable)
+{
+    return table->held >> variable & 1u;
+}
+
+/* Channels to variables of the state, as tables/FORMAT.md gives them: the first six, or all ten, of
+   `count` draws. */
+RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables,
+                                           const rbt_table *table, const rbti_draws *d,
+                                           double *states)
+{
+    const double least = table->least_inertia;
+    const double *v = d->channels + RBTI_OF_V * m, *u_hat = d->channels + RBTI_OF_U_HAT * m;
+    const double *w_hat = d->channels + RBTI_OF_W_HAT * m;
+    const double *omega_x = d->channels + RBTI_OF_OMEGA_X * m;
+    const double *omega_y = d->channels + RBTI_OF_OMEGA_Y * m;
+    const double *omega_z = d->channels + RBTI_OF_OMEGA_Z * m;
+    const double *energy_hat = d->channels + RBTI_OF_ENERGY_HAT * m;
+    const double *collisions = d->channels + RBTI_OF_COLLISIONS * m;
+    const double *normal_hat = d->channels + RBTI_OF_NORMAL_HAT * m;
+    double u[RBTI_BLOCK] RBTI_ALIGNED, w[RBTI_BLOCK] RBTI_ALIGNED, rest[RBTI_BLOCK] RBTI_ALIGNED;
+    double normal[RBTI_BLOCK] RBTI_ALIGNED, left[RBTI_BLOCK] RBTI_ALIGNED;
+    double shorter[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r) {
+        const double n = normal_hat[r], square = n * n, fourth = square * square;
+        const double x = omega_x[r], y = omega_y[r], z = omega_z[r];
+        const double after_v = (1.0 - v[r]) * (1.0 + v[r]);
+        /* the factor is exactly 1 where a table has no works */
+        const double after_n = after_v * ((1.0 - n) * (1.0 + n) * (1.0 + square + fourth));
+        normal[r] = fourth * square * after_v;
+        rest[r] = after_n * ((1.0 - u_hat[r]) * (1.0 + u_hat[r]));
+        u[r] = u_hat[r] * sqrt(after_n);
+        w[r] = w_hat[r] * sqrt(rest[r]);
+        left[r] = rest[r] * ((1.0 - w_hat[r]) * (1.0 + w_hat[r]));
+        /* no rotation with more energy than is there, whatever the quantiles are; mostly exactly 1 */
+        const double energy = left[r] + normal[r], turns = least * (x * x + y * y + z * z);
+        shorter[r] = sqrt(energy / (turns > energy ? turns : energy));
+    }
+    for (size_t r = 0; r < count; r++) {
+        double *state = states + (size_t)variables * r;
+        state[RBT_U] = u[r];
+        state[RBT_V] = v[r];
+        state[RBT_W] = w[r];
+        state[RBT_OMEGA_X] = omega_x[r] * shorter[r];
+        state[RBT_OMEGA_Y] = omega_y[r] * shorter[r];
+        state[RBT_OMEGA_Z] = omega_z[r] * shorter[r];
+        if (variables > 6) {
+            state[RBT_ROTATIONAL_ENERGY] = energy_hat[r] * left[r];
+            state[RBT_COLLISIONS] = floor(collisions[r]);
+            state[RBT_WORK_NORMAL] = rbti_has(table, RBT_WORK_NORMAL) ? normal[r] : 0.0;
+            state[RBT_WORK_SHEAR] =
+                rbti_has(table, RBT_WORK_SHEAR) ? (1.0 - energy_hat[r]) * left[r] : 0.0;
+        }
+    }
+}
+
+/* Draws with conditions that may be drawn at; n is the number of channels. Words 8 and 11 belong to
+   no channel: the azimuth of a normal impact is made of word 8. */
+RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, int32_t n,
+                                            uint64_t seed, const uint64_t *index,
+                                            const uint32_t *hit, size_t count, int variables,
+                                            rbti_draws *d, double *states)
+{
+    const uint32_t blocks = n <= 2 ? 1 : n <= 6 ? 2 : 3;
+    for (uint32_t block = 0; block < blocks; block++)
+        rbti_fill_words(m, block, seed, index, hit, count, d->words + 4 * block * m);
+    rbti_locate(m, &table->alpha, d->alpha1, d->alpha_node, d->alpha_weight);
+    rbti_locate(m, &table->speed, d->speed, d->speed_node, d->speed_weight);
+    rbti_choose_component(m, table, d);
+    for (int32_t row = 0; row < n; row++)
+        rbti_fill_normals(m, table->normals, d->words + (size_t)(row < 6 ? 2 + row : 3 + row) * m,
+                          d->values + (size_t)row * m);
+    if (n == 6) /* as most tables have: the compiler unrolls the triangle of factors */
+        rbti_mix(m, table, 6, d);
+    else
+        rbti_mix(m, table, n, d);
+    memset(d->channels, 0, RBTI_CHANNELS * m * sizeof *d->channels);
+    for (int32_t row = 0; row < n; row++)
+        if (table->marginals[row] >= 0)
+            rbti_fill_place(m, table, row, d);
+    rbti_to_states(m, count, variables, table, d, states);
+}
+
+/* One draw from a table with any number of channels. */
+RBTI_APART RBT_DEVICE void rbti_draw_channels(const rbt_table *table, double alpha1, double speed,
+                                              uint64_t seed, uint64_t index, uint32_t hit,
+                                              int variables, double *state)
+{
+    rbti_draws draws;
+    draws.alpha1[0] = alpha1;
+    draws.speed[0] = speed;
+    rbti_take_steps(1, table, table->n_channels, seed, &index, &hit, 1, variables, &draws, state);
+}
+
+/* One draw of the first six or of all variables. Where the number of channels is known, a device needs
+   registers only. */
+RBTI_INLINE RBT_DEVICE void rbti_draw_node(const rbt_table *table, double alpha1, double speed,
+                                           uint64_t seed, uint64_t index, uint32_t hit,
+                                           int variables, double *state)
+{
+#ifdef RBTI_BLOCKS
+    rbti_draw_channels(table, alpha1, speed, seed, index, hit, variables, state);
+#else
+    if (table->n_channels != 6) {
+        double values[RBT_VALUES]; /* whose address is known elsewhere, is in no register */
+        rbti_draw_channels(table, alpha1, speed, seed, index, hit, variables, values);
+        for (int k = 0; k < variables; k++)
+            state[k] = values[k];
+        return;
+    }
+    rbti_draws draws;
+    draws.alpha1[0] = alpha1;
+    draws.speed[0] = speed;
+    rbti_take_steps(1, table, 6, seed, &index, &hit, 1, variables, &draws, state);
+#endif
+}
+
+#ifdef RBTI_BLOCKS
+
+/* Conditions of a block of rows from one on, and their codes. Where a row has an error, a condition of
+   the table stands in, so that all can be drawn. */
+RBTI_INLINE void rbti_take_conditions(const rbt_table *table, const rbt_conditions *given,
+                                      size_t first, size_t count, rbti_draws *d, int *codes)
+{
+    const size_t m = RBTI_BLOCK;
+    int bad = 0;
+    RBTI_EACH_DRAW(r) {
+        const size_t k = first + (r < count ? r : count - 1);
+        d->alpha1[r] = given->alpha1[k];
+        d->speed[r] = given->speed[k];
+    }
+    RBTI_EACH_DRAW(r) {
+        codes[r] = rbti_flags(table, d->alpha1[r], d->speed[r]);
+        bad |= rbti_is_bad(d->alpha1[r], d->speed[r]);
+    }
+    for (size_t r = 0; r < m && bad; r++) {
+        const int error = rbti_error(d->alpha1[r], d->speed[r]);
+        if (error < RBT_OK) {
+            codes[r] = error;
+            d->alpha1[r] = table->alpha.first;
+            d->speed[r] = table->speed.first;
+        }
+    }
+}
+
+/* Draws of a block of rows, and their codes; without `states` the codes alone. */
+RBTI_BATCH_CLONES
+static void rbti_draw_nodes(const rbt_table *table, const rbt_conditions *given, size_t first,
+                            size_t count, uint64_t seed, int variables, double *states, int *codes)
+{
+    rbti_draws draws RBTI_ALIGNED;
+    const uint64_t *index = given->index + first;
+    const uint32_t *hit = given->hit + first;
+    rbti_take_conditions(table, given, first, count, &draws, codes);
+    if (!states)
+        return;
+    rbti_take_steps(RBTI_BLOCK, table, table->n_channels, seed, index, hit, count, variables, &draws,
+                    states);
+}
+
+#endif

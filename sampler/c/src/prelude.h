@@ -1,0 +1,132 @@
+/* ---------------------------------------------------------------------------------------------- */
+
+#if defined(REBOUND_SAMPLER_IMPLEMENTATION) && !defined(REBOUND_SAMPLER_IMPLEMENTED)
+#define REBOUND_SAMPLER_IMPLEMENTED
+
+#ifndef RBT_DEVICE_ONLY
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(__unix__) || defined(__APPLE__)
+#define RBTI_POSIX 1
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#endif
+#if defined(RBTI_POSIX) && !defined(RBT_NO_MMAP)
+#define RBTI_MMAP 1
+#include <sys/mman.h>
+#else
+#include <stdio.h>
+#endif
+#endif
+
+/* No multiplication is fused with an addition, so that states have the bits of Python's. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__) && !defined(RBTI_GPU)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#endif
+
+/* With RBT_API as static a program leaves some functions unused. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wunused-function"
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(__GNUC__)
+#define RBTI_INLINE static inline __attribute__((always_inline))
+#define RBTI_APART static __attribute__((noinline)) /* keeps its stack frame out of callers */
+#define RBTI_ALIGNED __attribute__((aligned(64)))
+#elif defined(RBTI_GPU)
+#define RBTI_INLINE static __forceinline__
+#define RBTI_APART static __noinline__
+#define RBTI_ALIGNED
+#else
+#define RBTI_INLINE static inline
+#define RBTI_APART static
+#define RBTI_ALIGNED
+#endif
+
+/* Written once on a host, where that saves time of compilation, and in its place on a device. */
+#if defined(RBTI_GPU)
+#define RBTI_ONCE RBTI_INLINE
+#else
+#define RBTI_ONCE RBTI_APART
+#endif
+
+/* Versions of a function for processors with wide vectors; the loader takes the one for the processor
+   at hand: batches take half the time, whatever flags the program is compiled with. A single draw
+   gains nothing from AVX-512. */
+#if !defined(RBT_NO_CLONES) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) &&  \
+    !defined(RBTI_GPU) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__clang__) ? __clang_major__ >= 18 : defined(__GNUC__) && __GNUC__ >= 12
+#define RBTI_BATCH_CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#define RBTI_CLONES __attribute__((target_clones("avx2", "default")))
+#endif
+#endif
+#ifndef RBTI_CLONES
+#define RBTI_BATCH_CLONES
+#define RBTI_CLONES
+#endif
+
+#if defined(__GNUC__) && !defined(RBTI_GPU)
+#define RBTI_PREFETCH(place) __builtin_prefetch(place)
+#else
+#define RBTI_PREFETCH(place) ((void)(place))
+#endif
+
+/* -- numbers of the law ------------------------------------------------------------------------ */
+
+#define RBTI_HALF_PI 1.5707963267948966
+#define RBTI_TWO_PI 6.283185307179586
+#define RBTI_ROUNDING 1e-12
+#define RBTI_UNIT (1.0f / 4096.0f) /* of the numbers of a record */
+#define RBTI_NORMAL_IMPACT 1e-12
+#define RBTI_LEAST_SPEED 1e-150 /* m/s: the square of a smaller one is no number */
+
+/* numbers of the spin law, from sampler/formats/bounds.py */
+/* begin spin */
+#define RBTI_CONDITIONS 5
+#define RBTI_INPUTS 7
+#define RBTI_FEATURES 23
+#define RBTI_OUTCOMES 6
+#define RBTI_MOST_OUTCOMES 8
+#define RBTI_GROUPS 8
+#define RBTI_GROUP_SIZE 16
+#define RBTI_INERTIA 0.6666666666666666
+#define RBTI_LEAST_RATIO 0.001
+#define RBTI_LEAST_FLATNESS 0.002
+#define RBTI_LEAST_REST 1e-06
+#define RBTI_MOST_POWER 20.0
+#define RBTI_SCORE_MAX 6.0f
+#define RBTI_PER_SQUARE 0.027777778f
+#define RBTI_GATE_UNIT (1.0f / 512.0f)
+#define RBTI_MEAN_UNIT (1.0f / 2048.0f)
+#define RBTI_FACTOR_UNIT (1.0f / 4096.0f)
+/* end spin */
+#define RBTI_LOG2_E 1.4426950408889634f
+#define RBTI_SIMULATION_KEY 0x53494d554c415445u
+
+/* NaN, as compiler flags that know none leave it. */
+RBTI_INLINE RBT_DEVICE double rbti_nan(void)
+{
+    const uint64_t bits = 0x7ff8000000000000u;
+    double nan;
+    memcpy(&nan, &bits, sizeof nan);
+    return nan;
+}
+
+/* Not isfinite(), which some compiler flags remove. */
+RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
+{
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
+}

@@ -1,0 +1,53 @@
+/* -- queries ----------------------------------------------------------------------------------- */
+
+RBT_API RBT_DEVICE int rbt_covered(const rbt_table *table, rbt_range *range)
+{
+    if (!table || !range)
+        return RBT_ERR_MISSING;
+    const rbt_axis *angle = &table->alpha, *speed = &table->speed;
+    const int any = speed->low < speed->first * (1.0 - 2.0 * RBTI_ROUNDING); /* speed */
+    memset(range, 0, sizeof *range);
+    range->alpha1[0] = table->spheres ? angle->low : angle->first;
+    range->alpha1[1] = angle->last;
+    range->speed[0] = any ? speed->low : speed->first;
+    range->speed[1] = any ? speed->high : speed->last;
+    if (table->spin.n_shapes > 0) {
+        range->spin[0] = sqrt(table->spin.least_spin / (1.0 - RBTI_ROUNDING));
+        range->spin[1] = sqrt(table->spin.most_spin / (1.0 + RBTI_ROUNDING));
+    }
+    memcpy(range->measured, table->valid_speed, sizeof range->measured);
+    return RBT_OK;
+}
+
+RBT_API RBT_DEVICE int rbt_has_spin_law(const rbt_table *table)
+{
+    return table && table->spin.n_shapes > 0;
+}
+
+RBT_API RBT_DEVICE int rbt_components(const rbt_table *table, int columns[RBT_VALUES])
+{
+    for (int k = 0; k < RBT_VALUES && columns && table; k++)
+        columns[k] = k < RBTI_NAMES ? table->columns[k] : -1;
+    return table ? table->n_columns : 0;
+}
+
+RBT_API RBT_DEVICE const char *rbt_pair(const rbt_table *table)
+{
+    return table ? table->pair : "";
+}
+
+RBT_API RBT_DEVICE const void *rbt_image(const rbt_table *table, size_t *size)
+{
+    *size = table->image_size;
+    return table->image;
+}
+
+RBT_API RBT_DEVICE rbt_table rbt_moved(const rbt_table *table, const void *copy)
+{
+    rbti_header header;
+    rbt_table moved = *table;
+    memcpy(&header, table->image, sizeof header);
+    rbti_point(&moved, &header, (const char *)copy);
+    moved.to_free = moved.to_unmap = NULL;
+    return moved;
+}

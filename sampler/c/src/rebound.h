@@ -1,0 +1,172 @@
+/* -- rebounds -------------------------------------------------------------------------------------
+
+   A row meets the wall, or the first facet of a rough one, in the frame of the impact; its state is
+   drawn, by itself or in a block; it leaves, after further bounces where it needs them. */
+
+/* Impact of a row on a wall, or on the first facet of a rough one, whose cascade lies apart: mostly it
+   is not needed, nor then in the cache. */
+typedef struct rbti_hit {
+    rbti_impact met;
+    rbti_cascade *facets;
+    int rough;
+    double spin[3];
+} rbti_hit;
+
+/* Row k of an array of vectors that may be NULL. */
+RBTI_INLINE RBT_DEVICE const double *rbti_vector_of(const double *vectors, size_t k)
+{
+    return vectors ? vectors + 3 * k : NULL;
+}
+
+/* Whether impacts are drawn from the spin law, not from that of first impacts. */
+RBTI_INLINE RBT_DEVICE int rbti_spins(const rbt_impacts *impacts)
+{
+    return !impacts->fresh || impacts->omega || impacts->grain;
+}
+
+/* Impact of row k: RBT_OK or an error. */
+RBTI_INLINE RBT_DEVICE int rbti_begin_row(const rbt_impacts *impacts, size_t k, uint64_t seed,
+                                          rbti_hit *of)
+{
+    const double *velocity = impacts->velocity + 3 * k, *normal = impacts->normal + 3 * k;
+    const double *wall = rbti_vector_of(impacts->wall_velocity, k);
+    const double *omega = rbti_vector_of(impacts->omega, k);
+    const double half_size = impacts->half_size[k];
+    const double roughness = impacts->roughness ? impacts->roughness[k] : 0.0;
+    const uint64_t index = impacts->index[k];
+    const uint32_t hit = impacts->hit[k];
+    int code;
+    of->rough = !rbti_finite(roughness) || roughness != 0.0;
+    if (of->rough) {
+        code = rbti_begin(velocity, normal, half_size, wall, roughness, impacts->isotropic,
+                          omega, of->facets);
+        if (code == RBT_OK)
+            code = rbti_meet_facet(of->facets, seed, index, hit, &of->met);
+    } else {
+        code = rbti_meet(velocity, normal, half_size, wall, seed, index, hit, &of->met);
+    }
+    of->spin[0] = of->spin[1] = of->spin[2] = 0.0;
+    return code == RBT_OK && omega ? rbti_to_spin(&of->met, omega, of->spin) : code;
+}
+
+/* Results of row k from its drawn state and the code of that; NaN where there is an error. */
+RBTI_INLINE RBT_DEVICE int rbti_end_row(const rbt_table *table, const rbt_impacts *impacts, size_t k,
+                                        uint64_t seed, rbti_hit *of, const double *state, int code,
+                                        const rbt_rebounds *out)
+{
+    double velocity[3], omega[3], works[2] = {0.0, 0.0}, *work = out->works ? works : NULL;
+    if (code >= RBT_OK) {
+        rbti_leave(&of->met, state, velocity, omega);
+        rbti_add_works(&of->met, state, work);
+    }
+    if (code >= RBT_OK && of->rough) {
+        rbti_cascade *c = of->facets;
+        memcpy(c->moving, velocity, sizeof velocity);
+        memcpy(c->turning, omega, sizeof omega);
+        if (!rbti_has_left(c)) {
+            const rbti_grains grains = {rbti_vector_of(impacts->grain, k), seed, impacts->fresh};
+            const int on = rbti_bounce_on(table, c, seed, &grains, impacts->index[k],
+                                          impacts->hit[k], work);
+            code = on < RBT_OK ? on : code | on;
+        }
+        rbti_end(c, velocity, omega);
+    }
+    const double nan = rbti_nan();
+    for (size_t c = 0; c < 3; c++) {
+        if (out->velocity)
+            out->velocity[3 * k + c] = code < RBT_OK ? nan : velocity[c];
+        if (out->omega)
+            out->omega[3 * k + c] = code < RBT_OK ? nan : omega[c];
+        if (out->works && c < 2)
+            out->works[2 * k + c] = code < RBT_OK ? nan : works[c];
+    }
+    return code;
+}
+
+/* Rebound row k by itself: its code. */
+RBTI_INLINE RBT_DEVICE int rbti_rebound_row(const rbt_table *table, const rbt_impacts *impacts,
+                                            size_t k, uint64_t seed, const rbt_rebounds *out)
+{
+    const rbti_grains grains = {rbti_vector_of(impacts->grain, k), seed, impacts->fresh};
+    const int spins = rbti_spins(impacts);
+    rbti_cascade facets;
+    rbti_hit of;
+    of.facets = &facets;
+    double state[RBT_VALUES];
+    int code = rbti_begin_row(impacts, k, seed, &of);
+    if (code == RBT_OK)
+        code = rbti_draw_one(table, of.met.alpha1, of.met.speed, spins ? of.spin : NULL, seed,
+                             &grains, impacts->index[k], impacts->hit[k], spins,
+                             out->works ? RBT_VALUES : 6, state);
+    return rbti_end_row(table, impacts, k, seed, &of, state, code, out);
+}
+
+#ifdef RBTI_BLOCKS
+
+/* Rebound a block of rows from one on: their codes. */
+static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts, size_t first,
+                              size_t count, uint64_t seed, const rbt_rebounds *out, int *codes)
+{
+    rbti_hit hits[RBTI_BLOCK];
+    rbti_cascade facets[RBTI_BLOCK];
+    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK];
+    double states[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;
+    int met[RBTI_BLOCK];
+    const int spins = rbti_spins(impacts), variables = out->works ? RBT_VALUES : 6;
+    rbt_conditions given = {alpha1, speed, spins ? spin : NULL, NULL, NULL, NULL, impacts->fresh};
+    given.grain = rbti_vector_of(impacts->grain, first);
+    given.index = impacts->index + first;
+    given.hit = impacts->hit + first;
+    for (size_t r = 0; r < count; r++) {
+        hits[r].facets = &facets[r];
+        met[r] = rbti_begin_row(impacts, first + r, seed, &hits[r]);
+        alpha1[r] = met[r] == RBT_OK ? hits[r].met.alpha1 : RBTI_HALF_PI;
+        speed[r] = met[r] == RBT_OK ? hits[r].met.speed : 1.0;
+        memcpy(spin + 3 * r, hits[r].spin, sizeof hits[r].spin);
+    }
+    rbti_draw_rows(table, &given, 0, count, seed, variables, states, codes);
+    for (size_t r = 0; r < count; r++)
+        codes[r] = rbti_end_row(table, impacts, first + r, seed, &hits[r],
+                                states + (size_t)variables * r, met[r] < RBT_OK ? met[r] : codes[r],
+                                out);
+}
+
+#endif
+
+/* Count a row in what was found. */
+RBTI_INLINE RBT_DEVICE void rbti_report(int code, size_t row, rbt_rebounds *out)
+{
+    if (code < RBT_OK && out->bad++ == 0)
+        out->first_bad = row;
+    for (int k = 0; k < 4 && code > RBT_OK; k++)
+        out->flagged[k] += (size_t)(code >> k & 1);
+    if (out->codes)
+        out->codes[row] = code;
+}
+
+RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, size_t n, const rbt_impacts *impacts,
+                                   uint64_t seed, rbt_rebounds *rebounds)
+{
+    const rbt_impacts *of = impacts;
+    if (!table || !of || !rebounds || !of->velocity || !of->normal || !of->half_size ||
+        !of->index || !of->hit)
+        return RBT_ERR_MISSING;
+    rbti_tally tally = {RBT_OK, RBT_OK};
+    rebounds->bad = 0;
+    rebounds->first_bad = n;
+    memset(rebounds->flagged, 0, sizeof rebounds->flagged);
+    for (size_t first = 0, count = 0; first < n; first += count) {
+        int codes[RBTI_BLOCK];
+        count = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
+#ifdef RBTI_BLOCKS
+        if (count > 1)
+            rbti_rebound_rows(table, of, first, count, seed, rebounds, codes);
+        else
+#endif
+            codes[0] = rbti_rebound_row(table, of, first, seed, rebounds);
+        for (size_t r = 0; r < count; r++)
+            rbti_report(codes[r], first + r, rebounds);
+        rbti_count(&tally, codes, count);
+    }
+    return rbti_result(&tally);
+}

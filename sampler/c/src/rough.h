@@ -1,0 +1,182 @@
+/* -- rough walls ----------------------------------------------------------------------------------
+
+   A particle that arrives at an angle alpha meets facets whose tilt g is normal with a standard
+   deviation, the roughness, and which it sees by their projected area: their density is
+   ~ exp(-g^2 / (2 roughness^2)) sin(alpha + g), 0 < alpha + g < pi, |g| < pi/2 (Sommerfeld & Huber,
+   Int. J. Multiphase Flow 25 (1999) 1457-1489). The tangent of the sine bounds the density by
+   phi(z) (c + z), z = g / roughness, c = tan(alpha) / roughness; a tilt is proposed from the bound and
+   accepted with the ratio. Trials take blocks 3, 4, ... of random words. Bounce k of the same hit has
+   the seed XOR k 0x9E3779B97F4A7C15.
+
+   Where roughness is isotropic, facets are tilted by h across the plane of incidence as well: their
+   normals are along e_y - tan(g) e_x + tan(h) e_z, and h has a density ~ exp(-h^2 / (2 roughness^2))
+   cos(h), whatever g is (docs/method.md). Its trials take blocks 67, 68, ... */
+
+#define RBTI_TILT_BLOCK 3u     /* of the random words of the first trial of a tilt */
+#define RBTI_MAX_TRIALS 64u
+#define RBTI_MAX_BOUNCES 64u
+#define RBTI_SHADOW 1e-9 /* rad between path and facet from which a facet is met */
+#define RBTI_STEEP 1e9
+#define RBTI_BOUNCE_KEY 0x9e3779b97f4a7c15u
+#define RBTI_PI 3.141592653589793
+#define RBTI_PER_ROOT_TWO_PI 0.3989422804014327
+#define RBTI_PER_ROOT_TWO 0.7071067811865476
+
+RBTI_INLINE RBT_DEVICE double rbti_normal_cdf(double x)
+{
+    return 0.5 * erfc(-x * RBTI_PER_ROOT_TWO);
+}
+
+RBTI_INLINE RBT_DEVICE double rbti_normal_quantile(double p)
+{
+    const double q = p - 0.5;
+    return fabs(q) <= 0.425 ? rbti_central_quantile(q) : rbti_outer_quantile(p);
+}
+
+/* z with a density ~ phi(z) (c + z), z > -c, from three uniform numbers. */
+RBTI_INLINE RBT_DEVICE double rbti_proposed_score(double c, double u_part, double u_size,
+                                                  double u_side)
+{
+    const double plain = c * rbti_normal_cdf(c);
+    const double rayleigh = RBTI_PER_ROOT_TWO_PI * exp(-0.5 * c * c);
+    if (u_part * (plain + rayleigh) >= plain)
+        return sqrt(c * c - 2.0 * log(u_size)); /* z phi(z) for z > c */
+    const double below = rbti_normal_cdf(-c);
+    const double z = rbti_normal_quantile(below + u_size * (1.0 - below));
+    /* phi(z) becomes phi(z) (1 + z / c) for |z| < c: each -z gives as much as z lacks */
+    return z < c && 2.0 * u_side * c < c - z ? -z : z;
+}
+
+/* One trial of a tilt from four random words: whether it is accepted. */
+RBTI_INLINE RBT_DEVICE int rbti_try_tilt(double alpha1, double roughness, const uint32_t words[4],
+                                         double *tilt)
+{
+    const double steepness = tan(alpha1) / roughness;
+    const double c = steepness < RBTI_STEEP ? steepness : RBTI_STEEP;
+    *tilt = roughness * rbti_proposed_score(c, rbti_uniform(words[0]), rbti_uniform(words[1]),
+                                            rbti_uniform(words[2]));
+    const double local = alpha1 + *tilt;
+    if (!(RBTI_SHADOW < local && local < RBTI_PI - RBTI_SHADOW) || fabs(*tilt) >= RBTI_HALF_PI)
+        return 0;
+    const double bound = sin(alpha1) + *tilt * cos(alpha1);
+    return rbti_uniform(words[3]) * bound < sin(local);
+}
+
+/* One trial of a tilt across the plane of incidence. */
+RBTI_INLINE RBT_DEVICE int rbti_try_across(double roughness, const uint32_t words[4], double *tilt)
+{
+    *tilt = roughness * rbti_normal_quantile(rbti_uniform(words[0]));
+    return fabs(*tilt) < RBTI_HALF_PI && rbti_uniform(words[1]) < cos(*tilt);
+}
+
+/* A particle within one hit of a rough wall, seen from the wall. */
+typedef struct rbti_cascade {
+    double moving[3], turning[3]; /* velocity, m/s, and angular velocity, rad/s */
+    double wall[3], e_y[3], half_size, roughness;
+    int isotropic;
+} rbti_cascade;
+
+/* A cascade before its first bounce. */
+RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double normal[3],
+                                      double half_size, const double *wall_velocity,
+                                      double roughness, int isotropic, const double *omega,
+                                      rbti_cascade *c)
+{
+    if (!rbti_finite(roughness) || roughness < 0.0 || roughness > RBT_MOST_ROUGHNESS)
+        return RBT_ERR_ROUGHNESS_NOT_USABLE;
+    for (int k = 0; k < 3; k++) {
+        c->wall[k] = wall_velocity ? wall_velocity[k] : 0.0;
+        c->turning[k] = omega ? omega[k] : 0.0;
+    }
+    const int code = rbti_impact_status(velocity, normal, half_size, c->wall);
+    if (code != RBT_OK)
+        return code;
+    rbti_combine(1.0, velocity, -1.0, c->wall, c->moving);
+    if (sqrt(rbti_dot(c->moving, c->moving)) < RBTI_LEAST_SPEED)
+        return RBT_ERR_SPEED_NOT_POSITIVE;
+    rbti_unit(normal, c->e_y);
+    c->half_size = half_size;
+    c->roughness = roughness;
+    c->isotropic = isotropic;
+    return rbti_dot(c->moving, c->e_y) < 0.0 ? RBT_OK : RBT_ERR_NOT_APPROACHING;
+}
+
+/* Tilt in the plane of incidence, or across it, from trials from a block of words on: whether one was
+   accepted. */
+RBTI_INLINE RBT_DEVICE int rbti_find_tilt(const rbti_cascade *c, int across, double alpha1,
+                                          uint64_t seed, uint64_t index, uint32_t hit, double *tilt)
+{
+    const uint32_t first = RBTI_TILT_BLOCK + (across ? RBTI_MAX_TRIALS : 0u);
+    int found = 0;
+    for (uint32_t trial = 0; trial < RBTI_MAX_TRIALS && !found; trial++) {
+        uint32_t words[4];
+        rbti_fill_words(1, first + trial, seed, &index, &hit, 1, words);
+        found = across ? rbti_try_across(c->roughness, words, tilt)
+                       : rbti_try_tilt(alpha1, c->roughness, words, tilt);
+    }
+    return found;
+}
+
+/* Impact on the facet that the particle meets next. */
+RBTI_ONCE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, uint64_t index,
+                                         uint32_t hit, rbti_impact *met)
+{
+    const double speed = sqrt(rbti_dot(c->moving, c->moving));
+    double tangential, tilt = 0.0, across = 0.0, e_x[3], e_z[3], facet[3];
+    double alpha1 = rbti_impact_angle(c->moving, c->e_y, &tangential);
+    alpha1 = alpha1 > 0.0 ? alpha1 : 0.0;
+    if (!rbti_find_tilt(c, 0, alpha1, seed, index, hit, &tilt) ||
+        (c->isotropic && !rbti_find_tilt(c, 1, alpha1, seed, index, hit, &across)))
+        return RBT_ERR_TILT_NOT_FOUND;
+    rbti_tangent(c->moving, c->e_y, tangential, speed, seed, index, hit, e_x);
+    rbti_combine(cos(tilt), c->e_y, -sin(tilt), e_x, facet);
+    if (c->isotropic) {
+        rbti_cross(e_x, c->e_y, e_z);
+        rbti_combine(cos(across), facet, cos(tilt) * sin(across), e_z, facet);
+    }
+    return rbti_meet(c->moving, facet, c->half_size, NULL, seed, index, hit, met);
+}
+
+/* Whether the particle leaves the mean wall. */
+RBTI_INLINE RBT_DEVICE int rbti_has_left(const rbti_cascade *c)
+{
+    return rbti_dot(c->moving, c->e_y) > 0.0;
+}
+
+/* Velocity and angular velocity after a cascade, in the lab frame. */
+RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], double omega[3])
+{
+    for (int k = 0; k < 3; k++) {
+        velocity[k] = c->moving[k] + c->wall[k];
+        omega[k] = c->turning[k];
+    }
+}
+
+/* Bounces behind the first one until the particle leaves, each with random numbers of its own, and
+   where there is a law for it with the spin that the one before has left. Adds their works. */
+RBTI_APART RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c, uint64_t seed,
+                                         const rbti_grains *grains, uint64_t index, uint32_t hit,
+                                         double *works)
+{
+    const int spins = table->spin.n_shapes > 0;
+    int flags = RBT_OK;
+    for (uint32_t bounce = 1; bounce < RBTI_MAX_BOUNCES; bounce++) {
+        const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
+        double spin[3], state[RBT_VALUES];
+        rbti_impact met;
+        int code = rbti_meet_facet(c, key, index, hit, &met);
+        if (code == RBT_OK)
+            code = rbti_to_spin(&met, c->turning, spin);
+        if (code == RBT_OK)
+            code = rbti_draw_one(table, met.alpha1, met.speed, spins ? spin : NULL, key, grains,
+                                 index, hit, spins, works ? RBT_VALUES : 6, state);
+        if (code < RBT_OK)
+            return code;
+        rbti_leave(&met, state, c->moving, c->turning);
+        rbti_add_works(&met, state, works);
+        flags |= code;
+        if (rbti_has_left(c))
+            return flags;
+    }
+    return RBT_ERR_CASCADE_NOT_ENDED;
+}
