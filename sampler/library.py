@@ -180,20 +180,25 @@ class Found(NamedTuple):
 
 
 def sample(
-    table: OpenTable, rows: Rows, states: NDArray[np.float64] | None, threads: int | None
+    table: OpenTable,
+    rows: Rows,
+    states: NDArray[np.float64] | None,
+    threads: int | None,
+    found: Found | None = None,
 ) -> Found:
     """Draw the states (n, n_columns) of all rows, NaN where there is an error; None: codes alone.
 
-    `threads`: None for as many as the number of rows is worth.
+    `threads`: None for as many as the number of rows is worth. `found`: the codes, where they were
+    found before.
     """
     draw = library().rbt_sample
 
-    def run(at: dict[str, int], start: int, count: int, codes: int) -> int:
+    def run(at: dict[str, int], start: int, count: int, codes: int | None) -> int:
         given = Conditions(**at, fresh=rows.fresh)
         out = None if states is None else states.ctypes.data + start * states.strides[0]
         return draw(table.handle, count, ctypes.byref(given), rows.seed, out, codes)
 
-    return _run(run, rows, threads)
+    return _run(run, rows, threads, found)
 
 
 def rebound(
@@ -209,7 +214,7 @@ def rebound(
     """
     bounce = library().rbt_rebound
 
-    def run(at: dict[str, int], start: int, count: int, codes: int) -> int:
+    def run(at: dict[str, int], start: int, count: int, codes: int | None) -> int:
         given = Impacts(**at, fresh=rows.fresh, isotropic=isotropic)
         to = {name: array.ctypes.data + start * array.strides[0] for name, array in results.items()}
         after = Rebounds(**to, codes=codes)
@@ -227,8 +232,10 @@ def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> ND
     return found
 
 
-def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Found:
-    """Run a function over slices of all rows; return what was found."""
+def _run(
+    run: Callable[..., int], rows: Rows, threads: int | None, before: Found | None = None
+) -> Found:
+    """Run a function over slices of all rows; return what was found, if it was not before."""
     n = rows.n
     if threads is None:
         worth = n // _ROWS_PER_THREAD
@@ -236,8 +243,7 @@ def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Found:
     parts = threads * max(1, math.ceil(n / (threads * SLICE))) if threads > 1 or n > SLICE else 1
     longest = math.ceil(n / parts)
     arrays = {name: _long_enough(array, n, longest) for name, array in rows.arrays.items()}
-    codes = np.empty(n, np.intc)
-
+    codes = np.empty(0 if before else n, np.intc)
     nothing = Found(None, False, (0,) * len(FLAGS))
 
     def part(ends: tuple[int, int]) -> Found:
@@ -246,7 +252,10 @@ def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Found:
             name: array.ctypes.data + (start * array.strides[0] if len(array) == n else 0)
             for name, array in arrays.items()
         }
-        code = run(at, start, end - start, codes.ctypes.data + start * codes.itemsize)
+        where = None if before else codes.ctypes.data + start * codes.itemsize
+        code = run(at, start, end - start, where)
+        if before:
+            return before
         return Found.of(codes[start:end]) if code else nothing  # while they are in the cache
 
     slices = list(pairwise(n * k // parts for k in range(parts + 1)))
@@ -255,6 +264,8 @@ def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Found:
     else:
         with ThreadPoolExecutor(threads) as pool:
             found = list(pool.map(part, slices))
+    if before:
+        return before
     if all(each is nothing for each in found):
         return nothing
     counts = tuple(map(sum, zip(*(each.counts for each in found), strict=True)))

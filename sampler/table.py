@@ -224,22 +224,22 @@ class Table(LawAtConditions, Counting):
         given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
         call = self._call(given, grain, Keys(seed, index, hit, rng, size))
         check_written("out", out, (*call.shape, len(self.columns)), np.float64, np.float32)
-        threads = as_threads(threads)
+        count, found = as_threads(threads), None
         if (
             out is not None
             and out.dtype == np.float64
             and out.flags.c_contiguous
             and not any(np.may_share_memory(out, values) for values in call.rows.arrays.values())
         ):
-            states = out
-            self._refuse(call, self._drawn(call, None, threads))  # before anything is written
+            states, found = out, self._drawn(call, None, count)
+            self._refuse(call, found)  # before anything is written
         else:
             states = np.empty((*call.shape, len(self.columns)))
-        codes = self._drawn(call, states.reshape(call.rows.n, len(self.columns)), threads)
-        self._refuse(call, codes)
+        found = self._drawn(call, states.reshape(call.rows.n, len(self.columns)), count, found)
+        self._refuse(call, found)
         if out is not None and out is not states:
             out[...] = states
-        self._count(call, codes, 3)
+        self._count(call, found, 3)
         return states if out is None else out
 
     def rebound(
@@ -415,9 +415,16 @@ class Table(LawAtConditions, Counting):
             return broadcast(given, keys, fresh=grain == "fresh")
         return broadcast(given | {"grain": grain}, keys)
 
-    def _drawn(self, call: Call, states: NDArray[np.float64] | None, threads: int | None) -> Found:
+    def _drawn(
+        self,
+        call: Call,
+        states: NDArray[np.float64] | None,
+        threads: int | None,
+        found: Found | None = None,
+    ) -> Found:
         """Draw states, or find the codes alone."""
-        return self._with_misfits(call, library.sample(self._table, call.rows, states, threads))
+        drawn = library.sample(self._table, call.rows, states, threads, found)
+        return drawn if found else self._with_misfits(call, drawn)
 
     def _with_misfits(self, call: Call, found: Found) -> Found:
         """Give codes with those of given grains that were not simulated, which C does not know."""
