@@ -28,7 +28,8 @@ LIBRARY = HERE.parent / "librebound.so"
 SECTIONS = (
     *("public", "prelude", "words", "nodes", "sphere", "grains", "spin", "experts", "outcomes"),
     *("sample", "frame", "rough", "rebound", "checksum", "layout", "check", "read", "open"),
-    *("queries", "gas", "end"),
+    *("queries", "gas"),
+    "end",
 )
 
 #: No product is fused with a sum, which keeps the bits; nobody reads errno or floating-point traps.

@@ -16,8 +16,8 @@
                                  outcomes are
 
    Steps 3 to 6 are in single precision. Coefficients of a leaf or an expert that are multiplied by the
-   features of a draw lie side by side in the table, and are taken draw by draw. The compiler knows O:
-   it is written where a law is drawn from, and laws of 8 outcomes pay for them alone. */
+   features of a draw lie side by side in the table, and are taken draw by draw. The compiler knows O
+   where it matters, in single draws and in the factors. */
 
 /* Rows of the inputs of a draw: the conditions, the squared spin, which trees compare too, the ratios. */
 #define RBTI_SQUARE RBTI_CONDITIONS
