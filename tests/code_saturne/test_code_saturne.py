@@ -236,10 +236,7 @@ def tables(work, table):
     ("changed", "message"),
     [
         ({"table": "short"}, "table: got {}, allowed: a file that `sampler export` wrote"),
-        (
-            {"table": "plain", "spin": "yes"},
-            "spin: got yes, allowed: no, with a table without spi",
-        ),
+        ({"table": "plain", "spin": "yes"}, "spin: got yes, allowed: no, with a table without spi"),
         ({"seed": "7x"}, "seed: got 7x, allowed: 0 to 18446744073709551615"),
         ({"spin": "maybe"}, "spin: got maybe, allowed: no, yes"),
         ({"gas_torque": "nan"}, "gas_torque: got nan, allowed: 0 or a positive number"),

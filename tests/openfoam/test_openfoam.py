@@ -19,10 +19,7 @@ from sampler.formats.image import write_binary_table
 from tablegen import load_config
 from tablegen.tables.prune import pruned
 
-pytestmark = [
-    pytest.mark.study,
-    pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning"),
-]
+pytestmark = [pytest.mark.study, pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")]
 VECTORS = Path(__file__).parents[1] / "vectors"
 CLOUD = "constant/kinematicCloudProperties"
 #: A run in which parcels meet up to nine walls.

@@ -30,12 +30,7 @@ TINY = load_config("corundum-steel").with_changes(
             "alpha_nodes_deg": [35.0, 45.0],
             "speed_nodes": [60.0, 300.0],
         },
-        "accuracy": {
-            "ks": 0.15,
-            "sliced_wasserstein": 0.15,
-            "correlation_error": 0.3,
-            "auc": 0.8,
-        },
+        "accuracy": {"ks": 0.15, "sliced_wasserstein": 0.15, "correlation_error": 0.3, "auc": 0.8},
     }
 )
 

@@ -31,8 +31,7 @@ def moved_angles(contents, shift, above=0.0):
     alpha[inner[alpha[1:-1] > above]] += shift
     axes = make_axes(CONFIG, Grid(tuple(alpha), tuple(contents["axes/speed"])))
     return with_changes(
-        contents,
-        {"axes/alpha_deg": alpha, "axes/alpha_coordinate": axes.alpha_coordinate},
+        contents, {"axes/alpha_deg": alpha, "axes/alpha_coordinate": axes.alpha_coordinate}
     )
 
 

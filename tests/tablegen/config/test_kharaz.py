@@ -11,10 +11,7 @@ from tablegen.simulation.simulate import simulate
 QUANTITIES = {
     "e_t": (lambda alpha_deg, state: state[:, 0] / np.cos(np.radians(alpha_deg)), 0.03),
     "omega_z": (lambda _, state: state[:, 5], 0.03),
-    "rebound_angle_deg": (
-        lambda _, state: np.degrees(np.arctan2(state[:, 1], state[:, 0])),
-        1.0,
-    ),
+    "rebound_angle_deg": (lambda _, state: np.degrees(np.arctan2(state[:, 1], state[:, 0])), 1.0),
 }
 
 

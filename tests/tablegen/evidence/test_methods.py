@@ -11,12 +11,7 @@ from sampler.errors import InputError
 from sampler.formats.hdf5 import write_table
 from tablegen.config.config import load_config
 from tablegen.evidence import methods
-from tablegen.evidence.benchmark import (
-    Budget,
-    batch_errors,
-    batch_mean,
-    forbidden_share,
-)
+from tablegen.evidence.benchmark import Budget, batch_errors, batch_mean, forbidden_share
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.prune import prune
 

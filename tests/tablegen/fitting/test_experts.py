@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from tablegen.fitting.expectation import (
-    add_densities,
-    find_curvatures,
-    find_shares,
-    softmax,
-)
+from tablegen.fitting.expectation import add_densities, find_curvatures, find_shares, softmax
 from tablegen.fitting.experts import Experts, expectation, fit_experts
 from tablegen.fitting.spin_coordinates import features
 

@@ -30,15 +30,7 @@ from tablegen.model.audit import (
 )
 from tablegen.model.contact import contact_point
 from tablegen.model.jit import kernel
-from tablegen.model.rebound import (
-    HEIGHT,
-    U,
-    V,
-    approach,
-    collide,
-    rebound,
-    workspace,
-)
+from tablegen.model.rebound import HEIGHT, U, V, approach, collide, rebound, workspace
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import support_depth
 from tablegen.simulation.simulate import CONTACT_RESOLUTION, make_condition, simulate_condition
