@@ -85,26 +85,17 @@ def test_shares_of_nodes_and_components(script, contents):
     """
     draw = script(contents)
     alpha1, speed = np.deg2rad(27.3), 88.8
-    n, words = 2**12, list(MIDDLE)
-    states = np.empty((n, 6))
-    for k in range(n):
-        words[1] = (k << 20) + 2**19
-        states[k] = draw(alpha1, speed, words)[1]
+    words = np.tile(MIDDLE, (2**12, 1))
+    words[:, 1] = (np.arange(2**12) << 20) + 2**19
+    states = np.array([draw(alpha1, speed, row)[1] for row in words])
+    reference = np.array([reference_draw(contents, alpha1, speed, row) for row in words])
     # the corner changes at three words: four plateaus, with the bilinear weights as lengths
-    lengths = np.diff(np.flatnonzero(np.r_[True, (np.diff(states, axis=0) != 0).any(axis=1), True]))
-    reference = np.array([reference_draw(contents, alpha1, speed, words) for words in _corners(n)])
-    expected = np.diff(
-        np.flatnonzero(np.r_[True, (np.abs(np.diff(reference, axis=0)) > 1e-9).any(axis=1), True])
+    lengths, expected = (
+        np.diff(np.flatnonzero(np.r_[True, (np.abs(np.diff(x, axis=0)) > least).any(axis=1), True]))
+        for x, least in ((states, 0.0), (reference, 1e-9))
     )
     np.testing.assert_array_equal(lengths, expected)
     assert len(lengths) >= 3
-
-
-def _corners(n):
-    words = list(MIDDLE)
-    for k in range(n):
-        words[1] = (k << 20) + 2**19
-        yield list(words)
 
 
 @pytest.mark.parametrize("first", [(0, 2), (0, 0), (0, 5)], ids=["both", "second", "first"])
