@@ -137,20 +137,27 @@ class TestWorks:
 
 
 class TestRebound:
-    def test_is_the_draw_in_the_frame_of_the_wall(self):
+    @pytest.mark.parametrize(
+        ("contents", "spins", "grain"),
+        [(WITH_WORKS, 1.0, "own"), (WITH_WORKS, 0.0, "own"), (works(), None, "fresh")],
+    )
+    def test_is_the_draw_in_the_frame_of_the_wall(self, contents, spins, grain):
         """A wall along the axes of the draw; speeds and works to rounding."""
-        table, (alpha1, speed, spin) = sampler.Table(WITH_WORKS), conditions()
-        speed, works = speed[:, None], np.full((N, 2), -1.0)
+        table, (alpha1, speed, spin) = sampler.Table(contents), conditions()
+        spin = None if spins is None else spins * spin
+        speed, lost = speed[:, None], np.full((N, 2), -1.0)
         velocity = speed * np.stack([np.cos(alpha1), -np.sin(alpha1), 0.0 * alpha1], axis=1)
-        given = {"omega": spin * speed / 2e-5} | KEYS
-        after = table.rebound(velocity, (0, 1, 0), 2e-5, works=works, **given)
-        found = after.velocity / speed, after.omega * 2e-5 / speed, works / (0.5 * speed**2)
+        given = {"omega": None if spin is None else spin * speed / 2e-5, "grain": grain} | KEYS
+        after = table.rebound(velocity, (0, 1, 0), 2e-5, works=lost, **given)
+        found = after.velocity / speed, after.omega * 2e-5 / speed, lost / (0.5 * speed**2)
         states = table.sample(alpha1, speed[:, 0], spin=spin, **KEYS)
         # a condition that is rounded otherwise may fall into another leaf, or to another expert
         close = np.isclose(np.hstack(found), states, rtol=0, atol=1e-4)
         assert close.all(axis=1).mean() > 0.98
         without = table.rebound(velocity, (0, 1, 0), 2e-5, **given)
         np.testing.assert_array_equal(np.hstack(after), np.hstack(without))
+        assert (lost >= 0.0).all()
+        assert (lost.max(axis=0) > 0.0).all()
 
     @pytest.mark.parametrize("roughness", [None, 0.3])
     def test_no_omega_is_a_spin_of_zeros_of_the_own_grain(self, table, roughness):

@@ -67,31 +67,16 @@ def test_each_key_changes_every_state(table):
         assert np.abs(r).max() < 6.1 / np.sqrt(1000)
 
 
-class TestGenerator:
-    """For people who want random numbers and not keys."""
-
-    def test_calls_differ_and_equal_generators_do_not(self, table):
-        one, two = np.random.default_rng(1), np.random.default_rng(1)
-        first = [table.sample(0.7, 100.0, size=50, rng=one) for _ in range(2)]
-        second = [table.sample(0.7, 100.0, size=50, rng=two) for _ in range(2)]
-        np.testing.assert_array_equal(first, second)
-        assert (first[0] != first[1]).any(axis=1).all()
-        seed = np.random.default_rng(1).integers(2**64, dtype=np.uint64)
-        keyed = table.sample(0.7, 100.0, seed=seed, index=range(50), hit=0)
-        np.testing.assert_array_equal(first[0], keyed)
-
-    def test_rebounds_take_it_too(self, table):
-        impact = ([60.0, -80.0, 0.0], [0, 1, 0], 1e-5)
-        rng = np.random.default_rng(1)
-        first, second = (
-            table.rebound(*impact, size=(4, 5), rng=rng, grain="fresh") for _ in range(2)
-        )
-        assert first.velocity.shape == first.omega.shape == (4, 5, 3)
-        assert (first.velocity != second.velocity).all()
-        seed = np.random.default_rng(1).integers(2**64, dtype=np.uint64)
-        index = np.arange(20).reshape(4, 5)
-        keyed = table.rebound(*impact, seed=seed, index=index, grain="fresh")
-        np.testing.assert_array_equal(first, keyed)
+@pytest.mark.parametrize("method", ["sample", "rebound"])
+def test_generators_in_place_of_keys(table, method):
+    """For people who want random numbers and not keys: calls differ, equal generators do not."""
+    given = IMPACT if method == "rebound" else {"alpha1": 0.7, "speed": 100.0}
+    draw, (one, two, three) = getattr(table, method), map(np.random.default_rng, (1, 1, 1))
+    first, second = ([draw(**given, size=(4, 5), rng=r) for _ in range(2)] for r in (one, two))
+    np.testing.assert_array_equal(first, second)
+    assert (np.array(first[0]) != first[1]).any(axis=-1).all()
+    keys = {"seed": three.integers(2**64, dtype=np.uint64), "index": np.arange(20).reshape(4, 5)}
+    np.testing.assert_array_equal(first[0], draw(**given, **keys, hit=0))
 
 
 @pytest.mark.parametrize("method", ["sample", "rebound"])

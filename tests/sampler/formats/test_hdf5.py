@@ -105,19 +105,24 @@ def test_axes_have_names_and_scales(file):
 
 
 def test_a_table_without_measured_accuracy(tmp_path):
-    datasets = make_datasets()
-    for path in datasets:
-        if path.startswith("accuracy/"):
-            datasets[path] = datasets[path][:0]
+    datasets = {k: x[:0] if k[:9] == "accuracy/" else x for k, x in make_datasets().items()}
     write_table(tmp_path / "t.h5", make_contents(datasets))
     assert read_table(tmp_path / "t.h5")["accuracy/ks"].shape == (0, 6)
 
 
-def test_long_configuration(tmp_path):
-    """Longer than the 64 kB that HDF5 allows for an attribute stored in place."""
-    text = "# a comment\n" * 20_000
-    write_table(tmp_path / "t.h5", make_contents(config=text))
-    assert read_table(tmp_path / "t.h5").config == text
+@pytest.mark.parametrize(
+    ("text", "pair"),
+    [
+        # longer than the 64 kB that HDF5 allows for an attribute stored in place
+        ("# a comment\n" * 20_000, "made-up"),
+        # no control characters, but what people paste into comments
+        ('name = "a"\t# 5\xa0m/s, \u2264 90\xb0\r\n', "\u00e4" * 63),
+    ],
+)
+def test_names_and_texts_that_can_be_shown(tmp_path, text, pair):
+    write_table(tmp_path / "t.h5", make_contents(config=text, pair=pair))
+    read = read_table(tmp_path / "t.h5")
+    assert (read.config, read.pair) == (text, pair)
 
 
 def test_later_minor_version_with_a_further_dataset(file):
@@ -229,18 +234,6 @@ def test_units_that_were_left_out_mislead_nobody(file, contents):
     assert read_table(file).content_sha256 == contents.content_sha256
 
 
-def test_names_and_texts_that_can_be_shown(tmp_path):
-    """No control characters, but what people paste into comments."""
-    text = 'name = "a"\t# 5\xa0m/s, \u2264 90\xb0\r\n'
-    write_table(tmp_path / "t.h5", make_contents(config=text, pair="\u00e4" * 63))
-    read = read_table(tmp_path / "t.h5")
-    assert (read.config, read.pair) == (text, "\u00e4" * 63)
-
-
-def test_missing_file(tmp_path):
-    refused("table", read_table, tmp_path / "none.h5")
-
-
 def test_truncated_files(file, tmp_path):
     """Some lengths fail on opening, some on reading; each gives one line, none gives a table."""
     whole = file.read_bytes()
@@ -272,6 +265,7 @@ def test_flipped_bits(file, tmp_path):
 
 
 def test_foreign_files(tmp_path):
+    refused("table", read_table, tmp_path / "none.h5")
     text = tmp_path / "text.h5"
     text.write_text("not a table\n")
     with pytest.raises(TableError, match="is damaged, or no HDF5 file"):
