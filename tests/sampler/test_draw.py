@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from reference_draw import key_words, reference_draw
 from scripted import Scripted, build_scripted
+from small_tables import SMALL_TABLES
 from synthetic_table import ALPHA_DEG, HALF, SPEED, make_contents, make_datasets
 
 import sampler
@@ -64,17 +65,17 @@ def test_words_at_their_ends(script, contents, places):
         _check(contents, draw, alpha1, speed, words)
 
 
-def test_draws_from_keys(table, contents):
-    rng = np.random.default_rng(5)
-    n = 200
-    alpha1, speed = rng.uniform(0.35, np.pi / 2, n), rng.uniform(50.0, 300.0, n)
+@pytest.mark.parametrize("make", SMALL_TABLES.values(), ids=SMALL_TABLES)
+def test_draws_from_keys(make):
+    table, rng, n = sampler.Table(make()), np.random.default_rng(5), 200
+    alpha1, speed = rng.uniform(*table.alpha_range, n), rng.uniform(*table.speed_range, n)
     index = rng.integers(0, 2**64, n, dtype=np.uint64)
     hit = rng.integers(0, 2**32, n, dtype=np.uint32)
     seed = 0xFEDCBA9876543210
     states = table.sample(alpha1, speed, seed=seed, index=index, hit=hit)
     for k in range(n):
         words = key_words(seed, int(index[k]), int(hit[k]))
-        expected = reference_draw(contents, alpha1[k], speed[k], words)
+        expected = reference_draw(table.contents, alpha1[k], speed[k], words)
         np.testing.assert_allclose(states[k], expected, rtol=0, atol=TOLERANCE)
 
 

@@ -8,7 +8,7 @@ from sampler.formats.channels import CHANNELS, STATE, WORKS, channels_for, to_ch
 
 
 def test_round_trip():
-    """States by the formulae of the specification; `test_draw` has those of all ten components."""
+    """States by the formulae of the specification; test_draw has those of all components."""
     rng = np.random.default_rng(3)
     low, high = [0.0, -1.0, -3.0, -1.0, -3.0, -3.0], [1.0, 1.0, 3.0, 1.0, 3.0, 3.0]
     channels = rng.uniform(low, high, (2000, 6))
