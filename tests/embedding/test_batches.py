@@ -125,29 +125,6 @@ def test_rebounds_are_those_one_by_one(library, law, wall, rough, flat, n):
         np.testing.assert_array_equal(np.hstack([*after.values()]), expected[:, :6])
 
 
-@pytest.mark.parametrize(("name", "spins"), [("works", 0), ("spin-works", 0), ("spin-works", 1)])
-def test_works_are_those_of_the_draw(library, name, spins):
-    """In a frame of the impact that is the lab's."""
-    n = 40
-    drawn = conditions(n, "own")
-    alpha1, speed, zero = drawn["alpha1"], drawn["speed"], np.zeros(n)
-    drawn["spin"] *= spins
-    velocity = np.stack([speed * np.cos(alpha1), -speed * np.sin(alpha1), zero], axis=1)
-    met = {"velocity": velocity, "normal": np.tile([0.0, 3.0, 0.0], (n, 1))}
-    met |= {"half_size": zero + 2e-5, "index": drawn["index"], "hit": drawn["hit"]}
-    met |= {"omega": drawn["spin"] * speed[:, None] / 2e-5} if spins else {}
-    law = "first" if name == "works" else "own"
-    drawn = drawn if law == "own" else {k: v for k, v in drawn.items() if k != "spin"}
-    columns = np.zeros(10, np.int32)
-    with toolchain.opened(library, VECTORS / f"{name}.rbt") as table:
-        held = columns[: library.rbt_components(table, columns)].tolist()
-        states = sample(library, table, drawn, law)[2][:, [held.index(8), held.index(9)]]
-        works = rebound(library, table, met, law)[2][:, 6:]
-    np.testing.assert_allclose(works, 0.5 * speed[:, None] ** 2 * states, rtol=1e-4)
-    assert (works >= 0.0).all()
-    assert (works.max(axis=0) > 0.0).all()
-
-
 @pytest.mark.parametrize("bad", [0, 31, 33])
 @pytest.mark.parametrize(
     ("law", "name", "value", "code"),

@@ -1,7 +1,7 @@
 """Tables of a few kilobytes with made-up numbers, one for each kind of scene."""
 
 import numpy as np
-from synthetic_table import make_contents, make_datasets
+from synthetic_table import AXES, make_contents, table_of
 
 from sampler.formats.channels import CHANNELS, STATE, WORKS, channels_for
 
@@ -31,28 +31,23 @@ def scene(components, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, chann
     factors = rng.integers(-2500, 2500, (*shape, n * (n + 1) // 2))
     diagonal = [row * (row + 3) // 2 for row in range(n)]
     factors[..., diagonal] = rng.integers(1500, 4000, (*shape, n))
-    coordinate = {
-        name: np.linspace(0.0, np.sqrt(length - 1.0), N_GRID) ** 2
-        for name, length in zip(("alpha", "speed"), nodes, strict=True)
-    }
-    datasets = make_datasets() | {
-        "axes/alpha_deg": np.array(alpha_deg),
-        "axes/alpha_span_deg": np.array(alpha_deg)[[0, -1]],
-        "axes/speed": np.array(speed),
-        "axes/speed_span": np.array(speed)[[0, -1]],
-        "axes/alpha_coordinate": coordinate["alpha"],
-        "axes/speed_coordinate": coordinate["speed"],
-        "marginals/variate_knots": np.linspace(-3.0, 3.0, N_KNOTS),
-        "marginals/quantiles": quantiles,
-        "dependence/first_of_class": np.broadcast_to([0, 1], (*nodes, N_CLASSES)),
-        "dependence/alias_probability": rng.integers(0, 65536, shape),
-        "dependence/alias_index": rng.integers(0, N_COMPONENTS, shape),
-        "dependence/reflection": rng.integers(0, 4097, shape),
-        "dependence/mean": rng.integers(-4000, 4000, (*shape, n)),
-        "dependence/cholesky": factors,
-        "accuracy/ks": np.full((2, len(components)), 0.01),
-    }
-    return make_contents(datasets, variables=tuple(components), channels=tuple(held))
+    axes = [
+        (np.array(x), np.array(x)[[0, -1]], np.linspace(0.0, np.sqrt(len(x) - 1.0), N_GRID) ** 2)
+        for x in (alpha_deg, speed)
+    ]
+    return table_of(
+        components,
+        held,
+        *axes,
+        np.linspace(-3.0, 3.0, N_KNOTS),
+        quantiles,
+        first_of_class=np.broadcast_to([0, 1], (*nodes, N_CLASSES)),
+        alias_probability=rng.integers(0, 65536, shape),
+        alias_index=rng.integers(0, N_COMPONENTS, shape),
+        reflection=rng.integers(0, 4097, shape),
+        mean=rng.integers(-4000, 4000, (*shape, n)),
+        cholesky=factors,
+    )
 
 
 def all_eight():
@@ -83,21 +78,16 @@ def pruned():
     """
     whole = full()
     channels = whole.channels[: whole.channels.index("omega_z") + 1]
-    n = len(channels)
-    datasets = dict(whole.datasets)
-    for path, values in whole.datasets.items():
-        if path.startswith(("marginals/quantiles", "dependence/")):
-            datasets[path] = values[1:, 1:]
-    quantiles = datasets["marginals/quantiles"]
-    datasets |= {
-        "axes/alpha_deg": whole["axes/alpha_deg"][1:],
-        "axes/speed": whole["axes/speed"][1:],
-        "marginals/quantiles": quantiles[:, :, :, [channels.index(c) for c in ("v", "omega_z")]],
-        "dependence/mean": datasets["dependence/mean"][..., :n],
-        "dependence/cholesky": datasets["dependence/cholesky"][..., : n * (n + 1) // 2],
-        "accuracy/ks": whole["accuracy/ks"][:, :2],
-    }
-    return make_contents(datasets, variables=("v", "omega_z"), channels=channels)
+    n, path = len(channels), "dependence/"
+    kept = {p.removeprefix(path): x[1:, 1:] for p, x in whole.datasets.items() if path in p}
+    kept["mean"] = kept["mean"][..., :n]
+    kept["cholesky"] = kept["cholesky"][..., : n * (n + 1) // 2]
+    places = [channels.index(name) for name in ("v", "omega_z")]
+    quantiles = whole["marginals/quantiles"][1:, 1:][:, :, :, places]
+    alpha, speed = ([whole[name] for name in names] for names in (AXES[:3], AXES[3:]))
+    alpha[0], speed[0] = alpha[0][1:], speed[0][1:]
+    knots = whole["marginals/variate_knots"]
+    return table_of(("v", "omega_z"), channels, alpha, speed, knots, quantiles, **kept)
 
 
 SMALL_TABLES = {

@@ -12,16 +12,19 @@ N_KNOTS, N_COMPONENTS = 65, 5
 #: First component of each class at node (i, j) is FIRST_OF_CLASS[(i + j) % 2].
 FIRST_OF_CLASS = ((0, 2), (0, 3))
 VARIATE_MAX = 4.0
+AXES = [f"axes/alpha_{part}" for part in ("deg", "span_deg", "coordinate")]
+AXES += [f"axes/speed{part}" for part in ("", "_span", "_coordinate")]
 HALF = 2048  # a probability of reflection of 1/2, as it is stored
 
 
-def _coordinate(nodes, power, n_grid=101):
-    """Fractional node index at equal steps, from an abscissa that is not linear."""
+def _axis(nodes, power, n_grid=101):
+    """Nodes, ends, and number of the node at equal steps, from an abscissa that is not linear."""
+    nodes = np.asarray(nodes, dtype=float)
     grid = np.linspace(nodes[0], nodes[-1], n_grid)
     sign = np.sign(power)  # np.interp wants a growing abscissa
     x = np.interp(sign * grid**power, sign * nodes**power, np.arange(len(nodes)))
     x[0], x[-1] = 0.0, len(nodes) - 1
-    return x
+    return nodes, nodes[[0, -1]], x
 
 
 def channel_quantiles(probability, i, j, kind=0):
@@ -123,12 +126,7 @@ def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False, refl
         mean[i, j] = centre
         cholesky[i, j] = np.linalg.cholesky(covariance)[:, *np.tril_indices(6)]
     return {
-        "axes/alpha_deg": np.asarray(alpha_deg, dtype=float),
-        "axes/alpha_span_deg": np.asarray(alpha_deg, dtype=float)[[0, -1]],
-        "axes/speed": np.asarray(speed, dtype=float),
-        "axes/speed_span": np.asarray(speed, dtype=float)[[0, -1]],
-        "axes/alpha_coordinate": _coordinate(np.asarray(alpha_deg, dtype=float), 0.5),
-        "axes/speed_coordinate": _coordinate(np.asarray(speed, dtype=float), -0.5),
+        **dict(zip(AXES, (*_axis(alpha_deg, 0.5), *_axis(speed, -0.5)), strict=True)),
         "marginals/variate_knots": knots,
         "marginals/quantiles": quantiles,
         "dependence/first_of_class": first_of_class,
@@ -160,3 +158,12 @@ def make_contents(datasets=None, **changes):
         "least_inertia": 0.0,
     }
     return TableContents(datasets=datasets or make_datasets(), **(attributes | changes))
+
+
+def table_of(variables, channels, alpha, speed, knots, quantiles, **dependence):
+    """Contents with other arrays; an axis has nodes, the ends of its range and its coordinate."""
+    datasets = make_datasets() | {f"dependence/{name}": x for name, x in dependence.items()}
+    datasets |= dict(zip(AXES, (*alpha, *speed), strict=True))
+    datasets |= {"marginals/variate_knots": knots, "marginals/quantiles": quantiles}
+    datasets["accuracy/ks"] = np.full((2, len(variables)), 0.01)
+    return make_contents(datasets, variables=tuple(variables), channels=tuple(channels))

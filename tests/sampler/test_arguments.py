@@ -1,13 +1,12 @@
 """Arguments that numpy would quietly make something else of."""
 
 import enum
-import re
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import sampler
-from sampler import InputError
 from sampler.arguments import as_integer
 
 IMPACT = {"velocity": [60.0, -80.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5}
@@ -21,22 +20,19 @@ def _sample(table, **change):
     return table.sample(**({"alpha1": 0.7, "speed": 100.0, "seed": 1, "index": 0} | change))
 
 
+MASKED = (np.ma.array([1, 1], mask=[False, True]), np.ma.array([1, 1]), np.ma.masked)
+
+
 @pytest.mark.parametrize("name", ["alpha1", "speed", "index", "hit", "seed"])
-@pytest.mark.parametrize(
-    "values", [np.ma.array([1, 1], mask=[False, True]), np.ma.array([1, 1]), np.ma.masked]
-)
-def test_masked_arrays_are_refused(table, name, values):
-    with pytest.raises(InputError) as refused:
-        _sample(table, **{name: values})
-    assert str(refused.value).startswith(f"{name}: got ")
-    assert "\n" not in str(refused.value)
+def test_masked_arrays_are_refused(table, name):
+    for values in MASKED:
+        refused(name, _sample, table, **{name: values})
 
 
 @pytest.mark.parametrize("name", [*IMPACT, "wall_velocity", "roughness"])
 def test_masked_arrays_are_refused_for_impacts(table, name):
     change = {name: np.ma.array(IMPACT.get(name, [0.0, 0.0, 0.0]))}
-    with pytest.raises(InputError, match=f"{name}: got a masked array, allowed: real numbers"):
-        table.rebound(**(IMPACT | change), grain="fresh", seed=1, index=0)
+    refused(name, table.rebound, **(IMPACT | change), grain="fresh", seed=1, index=0)
 
 
 @pytest.mark.parametrize(
@@ -57,43 +53,29 @@ def test_keys_are_exact_up_to_the_largest(table, index):
 
 
 def test_one_index_for_many_rows_is_refused(table):
-    message = "index: got one number, 7, for 3 rows, allowed: one for each row, such as numpy.ara"
     for index in (7, [7]):
-        with pytest.raises(InputError, match=re.escape(message)):
-            _sample(table, speed=[60.0, 70.0, 80.0], index=index)
+        refused("index", _sample, table, speed=[60.0, 70.0, 80.0], index=index)
     assert _sample(table, hit=range(3), index=7).shape == (3, 6)
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "message"),
-    [
-        ("index", 2**64, "got 18446744073709551616 at index 0, allowed: integers from 0 to 2**64"),
-        ("index", [1, 2**64], "got 18446744073709551616 at index 1, allowed"),
-        ("index", [2**63, -1], "got -1 at index 1, allowed"),
-        ("index", 1 << 16609, "got an integer of 16610 bits at index 0, allowed"),
-        ("index", True, "got bool values, allowed"),
-        ("index", [True, 2], "got bool values, allowed"),
-        ("index", [np.True_, 2], "got bool values, allowed"),
-        ("index", np.array([True]), "got bool values, allowed"),
-        ("index", [1, 2.0], "got float64 values, allowed"),
-        ("index", 1.0, "got float64 values, allowed"),
-        ("index", [1, None], "got object values, allowed"),
-        ("index", [[1], [2, 3]], "got rows of unequal length, allowed"),
-        ("hit", 2**32, "got 4294967296 at index 0, allowed: integers from 0 to 2**32 - 1"),
-        ("hit", [2**64, 0], "got 18446744073709551616 at index 0, allowed"),
-        ("seed", 1 << 16609, "got an integer of 16610 bits, allowed"),
-        ("seed", np.float64(1), f"got {np.float64(1)!r}, allowed"),
-        ("seed", np.True_, f"got {np.True_!r}, allowed"),
-        ("seed", [1], "got [1], allowed"),
-        ("seed", np.zeros((2, 2)), "got array([[0., 0.], [0., 0.]]), allowed"),
-    ],
-    ids=range(19),  # pytest would write out the largest
-)
-def test_keys_are_integers(table, name, value, message):
-    with pytest.raises(InputError) as refused:
-        _sample(table, **{name: value})
-    assert str(refused.value).startswith(f"{name}: {message}")
-    assert "\n" not in str(refused.value)
+#: What is no key, by its name and by what is said of it.
+NO_KEYS = {
+    ("index", "at index 0"): (2**64, [-1, 2**63], 1 << 16609),
+    ("index", "at index 1"): ([3, -2], [1, 2**64], [2**63, -1]),
+    ("index", "at index (1, 1)"): ([[1, 2], [3, -4]],),
+    ("index", "bool"): (True, [True, 2], [np.True_, 2], np.array([True])),
+    ("index", "float64"): ([1, 2.0], 1.0),
+    ("index", ""): ([1, None], [[1], [2, 3]]),
+    ("hit", "at index 0"): (2**32, [2**64, 0]),
+    ("hit", "at index 1"): ([0, -1],),
+    ("seed", ""): (-1, 2**64, 1 << 16609, np.float64(1), np.True_, [1], np.zeros((2, 2))),
+}
+
+
+@pytest.mark.parametrize(("name", "said"), NO_KEYS)
+def test_keys_are_integers(table, name, said):
+    for value in NO_KEYS[name, said]:
+        assert said in refused(name, _sample, table, **{name: value}).partition("allowed")[0]
 
 
 @pytest.mark.parametrize("value", [7, np.uint8(7), np.array(7), Identity(1) + 6])
@@ -103,25 +85,17 @@ def test_integers_of_any_kind(value):
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "got", "allowed"),
+    ("name", "value", "shown"),
     [
-        ("alpha1", 1.57079633, "1.57079633 ", "at most pi/2 rad"),
-        ("alpha1", np.pi / 2 + 2e-12, "1.5707963268 ", "at most pi/2 rad"),
-        ("speed", 300.0000001, "an impact at 40.107 deg, 300.0000001 m/s", "50 to 300 m/s"),
-        (
-            "speed",
-            np.nextafter(50.0 - 1e-10, 0.0),
-            "an impact at 40.107 deg, 49.9999999999 ",
-            "50 to",
-        ),
-        ("speed", 301.0, "an impact at 40.107 deg, 301 m/s", "50 to 300 m/s"),
+        ("alpha1", 1.57079633, "1.57079633 "),
+        ("alpha1", np.pi / 2 + 2e-12, "1.5707963268 "),
+        ("speed", 300.0000001, " 300.0000001 m/s"),
+        ("speed", np.nextafter(50.0 - 1e-10, 0.0), " 49.9999999999 "),
     ],
 )
-def test_what_is_refused_looks_refused(table_path, name, value, got, allowed):
-    with pytest.raises(InputError) as refused:
-        _sample(sampler.load(table_path, outside="raise"), **{name: value})
-    assert str(refused.value).startswith(f"{name}: got {got}")
-    assert allowed in str(refused.value)
+def test_what_is_refused_looks_refused(table_path, name, value, shown):
+    table = sampler.load(table_path, outside="raise")
+    assert shown in refused(name, _sample, table, **{name: value})
 
 
 def _read_only(values):

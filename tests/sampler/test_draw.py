@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from reference_draw import key_words, reference_draw
 from scripted import Scripted, build_scripted
+from small_tables import SMALL_TABLES
 from synthetic_table import ALPHA_DEG, HALF, SPEED, make_contents, make_datasets
 
 import sampler
@@ -64,17 +65,17 @@ def test_words_at_their_ends(script, contents, places):
         _check(contents, draw, alpha1, speed, words)
 
 
-def test_draws_from_keys(table, contents):
-    rng = np.random.default_rng(5)
-    n = 200
-    alpha1, speed = rng.uniform(0.35, np.pi / 2, n), rng.uniform(50.0, 300.0, n)
+@pytest.mark.parametrize("make", SMALL_TABLES.values(), ids=SMALL_TABLES)
+def test_draws_from_keys(make):
+    table, rng, n = sampler.Table(make()), np.random.default_rng(5), 200
+    alpha1, speed = rng.uniform(*table.alpha_range, n), rng.uniform(*table.speed_range, n)
     index = rng.integers(0, 2**64, n, dtype=np.uint64)
     hit = rng.integers(0, 2**32, n, dtype=np.uint32)
     seed = 0xFEDCBA9876543210
     states = table.sample(alpha1, speed, seed=seed, index=index, hit=hit)
     for k in range(n):
         words = key_words(seed, int(index[k]), int(hit[k]))
-        expected = reference_draw(contents, alpha1[k], speed[k], words)
+        expected = reference_draw(table.contents, alpha1[k], speed[k], words)
         np.testing.assert_allclose(states[k], expected, rtol=0, atol=TOLERANCE)
 
 
@@ -85,26 +86,17 @@ def test_shares_of_nodes_and_components(script, contents):
     """
     draw = script(contents)
     alpha1, speed = np.deg2rad(27.3), 88.8
-    n, words = 2**12, list(MIDDLE)
-    states = np.empty((n, 6))
-    for k in range(n):
-        words[1] = (k << 20) + 2**19
-        states[k] = draw(alpha1, speed, words)[1]
+    words = np.tile(MIDDLE, (2**12, 1))
+    words[:, 1] = (np.arange(2**12) << 20) + 2**19
+    states = np.array([draw(alpha1, speed, row)[1] for row in words])
+    reference = np.array([reference_draw(contents, alpha1, speed, row) for row in words])
     # the corner changes at three words: four plateaus, with the bilinear weights as lengths
-    lengths = np.diff(np.flatnonzero(np.r_[True, (np.diff(states, axis=0) != 0).any(axis=1), True]))
-    reference = np.array([reference_draw(contents, alpha1, speed, words) for words in _corners(n)])
-    expected = np.diff(
-        np.flatnonzero(np.r_[True, (np.abs(np.diff(reference, axis=0)) > 1e-9).any(axis=1), True])
+    lengths, expected = (
+        np.diff(np.flatnonzero(np.r_[True, (np.abs(np.diff(x, axis=0)) > least).any(axis=1), True]))
+        for x, least in ((states, 0.0), (reference, 1e-9))
     )
     np.testing.assert_array_equal(lengths, expected)
     assert len(lengths) >= 3
-
-
-def _corners(n):
-    words = list(MIDDLE)
-    for k in range(n):
-        words[1] = (k << 20) + 2**19
-        yield list(words)
 
 
 @pytest.mark.parametrize("first", [(0, 2), (0, 0), (0, 5)], ids=["both", "second", "first"])

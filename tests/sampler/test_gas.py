@@ -4,6 +4,7 @@ import ctypes
 
 import numpy as np
 import pytest
+from refusals import refused
 from scipy.integrate import solve_ivp
 
 import sampler
@@ -85,24 +86,16 @@ def test_a_gas_without_viscosity_has_no_torque():
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    "change",
     [
-        ({"diameter": [D, -1.0]}, "diameter: got -1 at index 1, allowed: a finite number above 0"),
-        ({"time": -1.0}, "time: got -1, allowed: a finite number, 0 or more"),
-        ({"omega": [1.0, 2.0]}, "omega: got shape (2,), allowed: (3,) or (..., 3)"),
-        ({"omega": [0.0, np.nan, 0.0]}, "omega: got nan at index 1, allowed: finite numbers"),
-        ({"gas_rotation": [np.inf] * 3}, "gas_rotation: got inf at index 0, allowed: finite"),
-        ({"viscosity": np.nan}, "viscosity: got nan, allowed: a finite number, 0 or more"),
-        (
-            {"density": [1.0, 2.0]},
-            "density: got shape (2,), allowed: one that broadcasts with (4,)",
-        ),
-        ({"time": np.ones((4, 1))}, "time: got rows of shape (4, 1), allowed: one row, or as many"),
+        {"diameter": [D, -1.0]},
+        *({"time": time} for time in (-1.0, np.ones((4, 1)))),
+        *({"omega": omega} for omega in ([1.0, 2.0], [0.0, np.nan, 0.0])),
+        {"gas_rotation": [np.inf] * 3},
+        {"viscosity": np.nan},
+        {"density": [1.0, 2.0]},
     ],
 )
-def test_wrong_arguments_are_refused(change, said):
+def test_wrong_arguments_are_refused(change):
     given = {"omega": np.ones((4, 3)), "time": 1.0, "inertia": INERTIA, "diameter": D}
-    given |= {"density": RHO, "viscosity": MU} | change
-    with pytest.raises(sampler.InputError) as refused:
-        sampler.spin_after(**given)
-    assert str(refused.value).startswith(said)
+    refused(*change, sampler.spin_after, **given | {"density": RHO, "viscosity": MU} | change)

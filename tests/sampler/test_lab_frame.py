@@ -21,20 +21,14 @@ def _lab(velocity, normal, half_size, state):
     return v * speed, omega * speed / half_size
 
 
-def _angle(velocity, normal):
-    cosine = -np.einsum("nk,nk->n", velocity, normal)
-    cosine /= np.linalg.norm(velocity, axis=1) * np.linalg.norm(normal, axis=1)
-    return np.arcsin(cosine)
-
-
 def test_rebound_is_the_state_in_the_lab_frame(table):
     velocity, normal = impacts(2000)
     speed = np.linalg.norm(velocity, axis=1)
-    state = table.sample(_angle(velocity, normal), speed, seed=1, index=range(2000), hit=4)
+    keys, fall = {"seed": 1, "index": range(2000), "hit": 4}, -(velocity * normal).sum(axis=1)
+    alpha1 = np.arcsin(fall / speed / np.linalg.norm(normal, axis=1))
+    state = table.sample(alpha1, speed, **keys)
     expected = _lab(velocity, normal, 2e-5, state)
-    v, omega = table.rebound(
-        velocity, normal, 2e-5, grain="fresh", seed=1, index=range(2000), hit=4
-    )
+    v, omega = table.rebound(velocity, normal, 2e-5, grain="fresh", **keys)
     scale = speed[:, None]
     np.testing.assert_allclose(v / scale, expected[0] / scale, rtol=0, atol=1e-11)
     np.testing.assert_allclose(omega * 2e-5 / scale, expected[1] * 2e-5 / scale, rtol=0, atol=1e-10)
@@ -68,22 +62,19 @@ def test_length_of_the_normal_is_idle(table):
         np.testing.assert_allclose(scaled[0], expected[0], rtol=0, atol=1e-9)
 
 
-def _zero_azimuth(e_y):
-    """The direction of azimuth 0: in the plane of e_y and the coordinate axis furthest from it."""
+def _azimuths(table, normal, n):
+    """Azimuth of e_x in [0, 1) turns, found from the rebounds at normal impact.
+
+    Azimuth 0 is in the plane of e_y and the coordinate axis furthest from it.
+    """
+    e_y = np.asarray(normal) / np.linalg.norm(normal)
+    keys = {"seed": 4, "index": np.arange(n)}
+    state = table.sample(math.pi / 2, 150.0, **keys)
+    v, _ = table.rebound(-150.0 * e_y, normal, 1e-5, grain="fresh", **keys)
     axis = np.eye(3)[np.argmin(np.abs(e_y))]
     zero = axis - (axis @ e_y) * e_y
-    return zero / np.linalg.norm(zero)
-
-
-def _azimuths(table, normal, n):
-    """Azimuth of e_x in [0, 1) turns, found from the rebounds at normal impact."""
-    e_y = np.asarray(normal) / np.linalg.norm(normal)
-    state = table.sample(math.pi / 2, 150.0, seed=4, index=np.arange(n))
-    keys = {"grain": "fresh", "seed": 4, "index": np.arange(n)}
-    v, _ = table.rebound(-150.0 * e_y, normal, 1e-5, **keys)
-    zero = _zero_azimuth(e_y)
-    quarter = np.cross(e_y, zero)
-    lab = np.arctan2(v @ quarter, v @ zero)
+    zero /= np.linalg.norm(zero)
+    lab = np.arctan2(v @ np.cross(e_y, zero), v @ zero)
     # e_z = e_x cross e_y lies a quarter turn before e_x: w counts backwards.
     wall = np.arctan2(-state[:, 2], state[:, 0])
     np.testing.assert_allclose(v @ e_y, 150.0 * state[:, 1], rtol=1e-10)

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import sampler
-from sampler import InputError, OutsideTableWarning
+from sampler import OutsideTableWarning
 from sampler.law import DRAWS
 
 CONDITIONS = [(0.4, 60.0), (0.7, 100.0), (1.2, 290.0)]
@@ -63,22 +64,13 @@ class TestLaw:
         assert table.mean([], 100.0).shape == (0, 6)
 
     def test_outside_and_refusals(self, table, table_path):
-        with pytest.warns(
-            OutsideTableWarning, match=r"speed: got an impact at .* 20 m/s at row 1"
-        ) as told:
+        with pytest.warns(OutsideTableWarning, match=r"speed: .* 20 m/s at row 1") as told:
             table.mean(0.7, [100.0, 20.0])
         assert told[0].filename == __file__
         assert table.counts["speed"] == 1
         np.testing.assert_array_equal(table.mean(0.7, 20.0), table.mean(0.7, 50.0))
-        for call, message in (
-            (lambda: table.mean([0.7, np.nan], 100.0), "alpha1: got nan at row 1 .*, allowed: fin"),
-            (lambda: table.quantile([0.5, 1.5], "v", 0.7, 100.0), "p: got 1.5 at index 1, allowed"),
-            (lambda: table.quantile(0.5, "x", 0.7, 100.0), "variable: got 'x', allowed: one of u"),
-            (lambda: table.quantile([0.5] * 3, "v", [0.7] * 2, 100.0), r"alpha1: got shape \(2,"),
-            (
-                lambda: sampler.load(table_path, outside="raise").std(0.7, 20.0),
-                "speed: got an impact at .* 20 m/s",
-            ),
-        ):
-            with pytest.raises(InputError, match=message):
-                call()
+        refused("alpha1", table.mean, [0.7, np.nan], 100.0)
+        refused("p", table.quantile, [0.5, 1.5], "v", 0.7, 100.0)
+        refused("variable", table.quantile, 0.5, "x", 0.7, 100.0)
+        refused("alpha1", table.quantile, [0.5] * 3, "v", [0.7] * 2, 100.0)
+        refused("speed", sampler.load(table_path, outside="raise").std, 0.7, 20.0)

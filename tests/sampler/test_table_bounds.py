@@ -5,7 +5,7 @@ The numbers of these tables are random, often at the ends of what is allowed, an
 
 import numpy as np
 import pytest
-from synthetic_table import make_contents, make_datasets
+from synthetic_table import make_contents, table_of
 
 from sampler import InputError, Table
 from sampler.formats.bounds import ALPHA_DEG, MOST_NUMBER, QUANTILES, ROUNDING, SPEED, VARIATE_MAX
@@ -51,31 +51,26 @@ def random_contents(seed, variables):
     marginals = channels_for(variables)
     n, shape = len(marginals), tuple(int(k) for k in rng.integers(1, 4, 2))
     classes, components, knots = (int(k) for k in rng.integers((1, 1, 2), (4, 6, 20)))
-    alpha, alpha_span, alpha_coordinate = axis(rng, ALPHA_DEG, shape[0])
-    speed, speed_span, speed_coordinate = axis(rng, SPEED, shape[1])
+    alpha, speed = (axis(rng, *given) for given in ((ALPHA_DEG, shape[0]), (SPEED, shape[1])))
     most = float(np.exp(rng.uniform(*np.log(VARIATE_MAX))))
     factors = rng.choice([-32768, 32767, 1], (*shape, components, n * (n + 1) // 2))
     factors[..., [row * (row + 3) // 2 for row in range(n)]] = rng.choice([1, 32767])
     starts = np.sort(rng.integers(0, components + 1, (*shape, classes)), axis=-1)
     starts[..., 0] = 0
-    datasets = make_datasets() | {
-        "axes/alpha_deg": alpha,
-        "axes/alpha_span_deg": alpha_span,
-        "axes/alpha_coordinate": alpha_coordinate,
-        "axes/speed": speed,
-        "axes/speed_span": speed_span,
-        "axes/speed_coordinate": speed_coordinate,
-        "marginals/variate_knots": np.linspace(-most, most, knots),
-        "marginals/quantiles": quantiles(rng, marginals, (*shape, classes, knots)),
-        "dependence/first_of_class": starts,
-        "dependence/alias_probability": rng.integers(0, 65536, (*shape, components)),
-        "dependence/alias_index": rng.integers(0, components, (*shape, components)),
-        "dependence/reflection": rng.integers(0, 4097, (*shape, components)),
-        "dependence/mean": rng.choice([-32768, 0, 32767], (*shape, components, n)),
-        "dependence/cholesky": factors,
-        "accuracy/ks": np.full((2, len(variables)), 0.01),
-    }
-    return make_contents(datasets, variables=tuple(variables), channels=marginals)
+    return table_of(
+        variables,
+        marginals,
+        alpha,
+        speed,
+        np.linspace(-most, most, knots),
+        quantiles(rng, marginals, (*shape, classes, knots)),
+        first_of_class=starts,
+        alias_probability=rng.integers(0, 65536, (*shape, components)),
+        alias_index=rng.integers(0, components, (*shape, components)),
+        reflection=rng.integers(0, 4097, (*shape, components)),
+        mean=rng.choice([-32768, 0, 32767], (*shape, components, n)),
+        cholesky=factors,
+    )
 
 
 def conditions(contents, rng):

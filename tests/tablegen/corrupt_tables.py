@@ -1,6 +1,7 @@
 """Deliberately wrong tables and samples: what every statistical test must be able to refuse.
 
-Each keeps the file format, the node grid and everything else that is not named.
+Each keeps the file format, the node grid and everything else that is not named. Tables are
+contents as `sampler.formats.hdf5` reads them, a node is (angle, speed).
 """
 
 from dataclasses import replace
@@ -8,67 +9,54 @@ from dataclasses import replace
 import numpy as np
 
 from sampler.formats.bounds import MIXTURE_SCALE
-from sampler.formats.hdf5 import TableContents
 from tablegen.config.config import parse_config
 
+REFLECTION, MEAN, FACTORS = (f"dependence/{name}" for name in ("reflection", "mean", "cholesky"))
 #: Datasets that have the two node dimensions in front.
-NODE_DATASETS = (
-    "marginals/quantiles",
-    "dependence/first_of_class",
-    "dependence/alias_probability",
-    "dependence/alias_index",
-    "dependence/reflection",
-    "dependence/mean",
-    "dependence/cholesky",
-)
+NODE_DATASETS = ("marginals/quantiles", "dependence/first_of_class", REFLECTION, MEAN, FACTORS)
+NODE_DATASETS += ("dependence/alias_probability", "dependence/alias_index")
 _W_HAT = 3
 _DIAGONAL = [0, 2, 5, 9, 14, 20]
 
 
-def _with(contents: TableContents, changes: dict) -> TableContents:
+def _with(contents, changes):
     return replace(contents, datasets={**contents.datasets, **changes})
 
 
-def declaring(contents: TableContents, **accuracy: float) -> TableContents:
+def declaring(contents, **accuracy):
     """The same table with another declared accuracy: wrong only if it does not hold that."""
     config = parse_config(contents.config, "table").with_changes({"accuracy": accuracy})
     return replace(contents, config=config.text)
 
 
-def independent_channels(contents: TableContents) -> TableContents:
+def independent_channels(contents):
     """The marginals of every class, nearly, and no dependence within a class."""
-    factor = np.zeros_like(contents["dependence/cholesky"])
+    factor = np.zeros_like(contents[FACTORS])
     factor[..., _DIAGONAL] = MIXTURE_SCALE
-    return _with(
-        contents,
-        {
-            "dependence/mean": np.zeros_like(contents["dependence/mean"]),
-            "dependence/cholesky": factor,
-        },
-    )
+    return _with(contents, {MEAN: 0 * contents[MEAN], FACTORS: factor})
 
 
-def shifted_speeds(contents: TableContents) -> TableContents:
+def shifted_speeds(contents):
     """Each node holds the law of the next faster one, and the last its own."""
     n_speed = len(contents["axes/speed"])
     following = np.minimum(np.arange(n_speed) + 1, n_speed - 1)
     return _with(contents, {name: contents[name][:, following] for name in NODE_DATASETS})
 
 
-def lopsided(contents: TableContents, shift: float = 0.05) -> TableContents:
+def lopsided(contents, shift=0.05):
     """All w a little to one side: the mirror symmetry is gone."""
     quantiles = contents["marginals/quantiles"].copy()
     quantiles[..., _W_HAT, :] = np.clip(quantiles[..., _W_HAT, :] + shift, -0.9999, 0.9999)
     return _with(contents, {"marginals/quantiles": quantiles})
 
 
-def independent_columns(states: np.ndarray, seed: int) -> np.ndarray:
+def independent_columns(states, seed):
     """States with the same marginals to the last bit, and every dependence destroyed."""
     rng = np.random.default_rng(seed)
     return np.column_stack([rng.permutation(column) for column in states.T])
 
 
-def forged(contents: TableContents) -> TableContents:
+def forged(contents):
     """A lenient declaration, and a stored accuracy of no error at all."""
     lenient = {"ks": 1.0, "sliced_wasserstein": 1e6, "correlation_error": 2.0, "auc": 1.0}
     stored = {path: 0.0 * contents[path] for path in contents.datasets if path[:9] == "accuracy/"}
@@ -77,7 +65,7 @@ def forged(contents: TableContents) -> TableContents:
     return declaring(_with(contents, {**stored, **kept}), **lenient)
 
 
-def _at(contents: TableContents, node: tuple[int, int], changes: dict) -> TableContents:
+def _at(contents, node, changes):
     """The table with other values at one node."""
     arrays = {name: contents[name].copy() for name in changes}
     for name, values in changes.items():
@@ -85,35 +73,28 @@ def _at(contents: TableContents, node: tuple[int, int], changes: dict) -> TableC
     return _with(contents, arrays)
 
 
-def spin_flipped(contents: TableContents, node: tuple[int, int]) -> TableContents:
+def spin_flipped(contents, node):
     """At one node, omega_z depends on the other channels with the wrong sign."""
     k = contents.channels.index("omega_z")
-    row = slice(k * (k + 1) // 2, (k + 1) * (k + 2) // 2)
-    mean, factor = (contents[f"dependence/{name}"][node].copy() for name in ("mean", "cholesky"))
+    mean, factor = contents[MEAN][node].copy(), contents[FACTORS][node].copy()
     mean[:, k] *= -1
-    factor[:, row.start : row.stop - 1] *= -1  # the diagonal stays positive
+    factor[:, k * (k + 1) // 2 : k * (k + 3) // 2] *= -1  # the diagonal stays positive
     for j in range(k + 1, len(contents.channels)):
         factor[:, j * (j + 1) // 2 + k] *= -1
-    return _at(contents, node, {"dependence/mean": mean, "dependence/cholesky": factor})
+    return _at(contents, node, {MEAN: mean, FACTORS: factor})
 
 
-def copied_node(
-    contents: TableContents, node: tuple[int, int], source: tuple[int, int]
-) -> TableContents:
+def copied_node(contents, node, source):
     """One node holds the law of another."""
     return _at(contents, node, {name: contents[name][source] for name in NODE_DATASETS})
 
 
-def garbage(contents: TableContents, nodes: np.ndarray) -> TableContents:
+def garbage(contents, nodes):
     """All quantiles halved, and no reflection, at the nodes of a mask."""
-    quantiles = contents["marginals/quantiles"].copy()
-    quantiles[nodes] *= 0.5
-    reflection = contents["dependence/reflection"].copy()
-    reflection[nodes] = 0
-    changes = {"marginals/quantiles": quantiles, "dependence/reflection": reflection}
-    return _with(contents, changes)
+    halved = {"marginals/quantiles": 0.5 * contents["marginals/quantiles"][nodes]}
+    return _at(contents, nodes, halved | {REFLECTION: 0})
 
 
-def unreflected(contents: TableContents) -> TableContents:
+def unreflected(contents):
     """No component of the mixture is ever reflected."""
-    return _with(contents, {"dependence/reflection": 0 * contents["dependence/reflection"]})
+    return _with(contents, {REFLECTION: 0 * contents[REFLECTION]})

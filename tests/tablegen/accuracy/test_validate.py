@@ -19,6 +19,7 @@ from corrupt_tables import (
     shifted_speeds,
     spin_flipped,
 )
+from refusals import refused
 from spin_laws import WRONG, DirectTable
 from spin_tables import with_spin_law
 from tiny_tables import TINY
@@ -134,47 +135,32 @@ class TestResult:
                 assert estimate["verdict"] in ("holds", "undecided", "missed")
 
 
+ENDS, SPEEDS = [30.0, 45.0], [60.0, 250.0]
+
+
 class TestRefusals:
-    @pytest.mark.parametrize(
-        ("argument", "value", "line"),
-        [
-            ("conditions", 0, "conditions: got 0, allowed: 1 or more"),
-            ("conditions", 2.5, "conditions: got 2.5, allowed: 1 or more"),
-        ],
-    )
-    def test_arguments(self, tiny, argument, value, line):
-        with pytest.raises(InputError) as caught:
-            validate(tiny.path, **{argument: value})
-        assert str(caught.value) == line
+    @pytest.mark.parametrize("value", [0, 2.5])
+    def test_arguments(self, tiny, value):
+        refused("conditions", validate, tiny.path, conditions=value)
 
     @pytest.mark.parametrize(
-        ("change", "line"),
+        ("field", "change"),
         [
-            ({"pair": "titanium-glass"}, "pair: got titanium-glass, allowed: corundum-steel"),
-            ({"config": "name = "}, "config: not valid TOML"),
-            (
-                {"domain": {"alpha_deg": [30.0, 45.0]}, "table": {"alpha_nodes_deg": [30.0, 45.0]}},
-                "axes/alpha_deg: got 35 to 45, allowed: 30 to 45, as in",
-            ),
-            (
-                {"domain": {"speed": [60.0, 250.0]}, "table": {"speed_nodes": [60.0, 250.0]}},
-                "axes/speed: got 60 to 300, allowed: 60 to 250, as in",
-            ),
-            (
-                {"domain": {"components": ["u", "v"]}},
-                "components: got u v w omega_x omega_y omega_z, allowed: u v, as in",
-            ),
-            ({"spin": True}, "spin law: got none, allowed: one, as in"),
+            ("pair", {"pair": "titanium-glass"}),
+            ("config", {"config": "name = "}),
+            ("axes/alpha_deg", {"domain": {"alpha_deg": ENDS}, "table": {"alpha_nodes_deg": ENDS}}),
+            ("axes/speed", {"domain": {"speed": SPEEDS}, "table": {"speed_nodes": SPEEDS}}),
+            ("components", {"domain": {"components": ["u", "v"]}}),
+            ("spin law", {"spin": True}),
         ],
     )
-    def test_a_file_that_contradicts_its_configuration(self, tiny, tmp_path, change, line):
+    def test_a_file_that_contradicts_its_configuration(self, tiny, tmp_path, field, change):
         if set(change) <= {"domain", "table", "spin"}:
             change = {"config": TINY.with_changes(change).text}
         path = tmp_path / "t.h5"
         write_table(path, replace(tiny.generated.table.contents, **change))
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(InputError, match=rf"{field}: "):
             validate(path)
-        assert line in str(caught.value)
 
 
 SPINNING = TINY.with_changes({"spin": True})

@@ -18,6 +18,7 @@ from mesh_fixtures import (
     surface,
     two_cubes,
 )
+from refusals import refused
 
 import tablegen
 from sampler.errors import InputError
@@ -95,39 +96,29 @@ class TestRefused:
     @pytest.mark.parametrize(
         ("name", "content", "reason"),
         [
-            ("none.stl", None, "none.stl, allowed: a file that exists"),
-            ("grain.step", "ISO-10303-21;", "grain.step, allowed: a file ending in .stl, .obj"),
-            ("empty.stl", "", "which has no faces, allowed: a closed surface"),
-            ("empty.ply", "", "cannot be read as PLY, allowed: a mesh file"),
-            ("flat.obj", FLAT, "which is flat, allowed: a mesh that encloses a volume"),
-            ("nan.obj", FLAT.replace("v 1 1 0", "v 1 nan 1"), "with a coordinate of nan, allowed"),
-            ("open.stl", without_a_face(), "which is open, allowed: a closed surface"),
-            ("small.obj", obj_text(1e-300), "with an extent of 2e-300, allowed: coordinates up to"),
-            ("large.obj", obj_text(1e300), "with a coordinate of 1e+300, allowed: coordinates up"),
-            ("inside.stl", inside_out(), "with faces turned inside out, allowed: faces that"),
+            ("none.stl", None, "a file that exists"),
+            ("grain.step", "ISO-10303-21;", "a file ending in"),
+            ("empty.stl", "", "a closed surface"),
+            ("empty.ply", "", "a mesh file"),
+            ("flat.obj", FLAT, "a mesh that encloses a volume"),
+            ("nan.obj", FLAT.replace("v 1 1 0", "v 1 nan 1"), "coordinates"),
+            ("open.stl", without_a_face(), "a closed surface"),
+            *((f"{scale}.obj", obj_text(scale), "coordinates up to") for scale in (1e-300, 1e300)),
+            ("inside.stl", inside_out(), "faces that"),
         ],
     )
     def test_files(self, tmp_path, name, content, reason):
         path = written(tmp_path, name, content)
-        with pytest.raises(InputError) as caught:
-            read_mesh(path)
-        line = str(caught.value)
+        line = refused("particle", read_mesh, path)
         assert line.startswith(f"particle: got {path}")
-        assert reason in line
-        assert "\n" not in line
+        assert line.partition("allowed: ")[2].startswith(reason)
 
     @pytest.mark.parametrize(
-        ("points", "reason"),
-        [
-            (np.zeros((3, 3)), r"got shape \(3, 3\), allowed: 4 to 10000 rows of three numbers"),
-            (np.full((8, 3), math.nan), "a coordinate of nan, allowed: coordinates up to 1e.30"),
-            (1e-31 * box(0.8, 0.6), "an extent of 2e-31, allowed: .* a largest extent of 1e-30 or"),
-            (box(0.8, 0.0), "that lie in a plane, allowed: points that span a volume"),
-        ],
+        "points",
+        [np.zeros((3, 3)), np.full((8, 3), math.nan), 1e-31 * box(0.8, 0.6), box(0.8, 0.0)],
     )
-    def test_points(self, points, reason):
-        with pytest.raises(InputError, match=f"^vertices: .*{reason}"):
-            mesh_particle(points)
+    def test_points(self, points):
+        refused("vertices", mesh_particle, points)
 
 
 class TestFrame:

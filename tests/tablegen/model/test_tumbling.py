@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from free_rotation import FreeRotation
 from motion_fixtures import SHAPES, approach, body_of, motion_of, rotation_of
+from refusals import refused
 from scipy.spatial.transform import Rotation
 from scipy.stats import ks_2samp
 
-from sampler.errors import InputError
 from tablegen.config.config import load_config
 from tablegen.model.impacts import CONDITION_SIZE, condition_of, lab_conditions
 from tablegen.model.jit import kernel
@@ -107,26 +107,19 @@ class TestTumble:
         np.testing.assert_allclose(matrices(still[0]), matrices(orientation), atol=1e-15)
 
     @pytest.mark.parametrize(
-        ("place", "value", "line"),
+        ("place", "field", "value"),
         [
-            (0, np.zeros(4), "orientation: got 0, 0, 0, 0 at index 0, allowed: a quaternion of f"),
-            (1, (0.0, np.nan, 0.0), "omega: got 0, nan, 0 at row 0 (particle 0), allowed: fini"),
-            (2, (1.0, 0.8, 2.0), "grain: got 1, 0.8, 2 at index 0, allowed: the code of a shape"),
-            (3, -1.0, "half_size: got -1, "),
-            (
-                4,
-                (0.0, 1.1),
-                "time: got 1.1 with omega 0, 1000000, 0 at index 1, allowed: 0 or more",
-            ),
+            (0, "orientation", np.zeros(4)),
+            (1, "omega", (0.0, np.nan, 0.0)),
+            (2, "grain", (1.0, 0.8, 2.0)),
+            (3, "half_size", -1.0),
+            (4, "time", (0.0, 1.1)),
         ],
     )
-    def test_wrong_arguments_are_refused(self, place, value, line):
+    def test_wrong_arguments_are_refused(self, place, field, value):
         given = [(1.0, 0.0, 0.0, 0.0), (0.0, 1e6, 0.0), (1.0, 0.8, 0.7), SIZE, (1e-6, 1e-6)]
         given[place] = value
-        with pytest.raises(InputError) as caught:
-            MEAN.tumble(*given)
-        assert str(caught.value).startswith(line)
-        assert "\n" not in str(caught.value)
+        refused(field, MEAN.tumble, *given)
 
 
 class TestFromWallToWall:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from crowds import CROWD
+from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import sampler
@@ -218,67 +219,33 @@ class TestExtremes:
 
 
 WALL = {"alpha1": 0.5, "speed": 100.0, "seed": 1, "index": [4, 5], "hit": 0}
-LAB = {"velocity": [1.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5} | {
-    "seed": 1,
-    "index": [4, 5],
-    "hit": 0,
-}
-CODES = "allowed: the code of a shape, and b/a and c/b, both 0.001 to 1, of a sphere 1"
+LAB = {"velocity": [1.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5}
+LAB |= {"seed": 1, "index": [4, 5], "hit": 0}
 
 REFUSED = [
-    (WALL, {"alpha1": [0.5, 1.6]}, "alpha1: got 1.6 at row 1 (particle "),
-    (WALL, {"alpha1": np.nan}, "alpha1: got nan at row 0 (particle "),
-    (WALL, {"speed": [1.0, 0.0]}, "speed: got 0 at row 1 (particle "),
-    (
-        WALL,
-        {"orientation": [1.0, 0.0, 0.0]},
-        "orientation: got shape (3,), allowed: (4,) or (..., ",
-    ),
-    (
-        LAB,
-        {"orientation": np.eye(2, 4, -1)},
-        "orientation: got 0, 0, 0, 0 at index 0, allowed: a quaternion of four finite numbers, not",
-    ),
-    (WALL, {"spin": [1.0, 2.0]}, "spin: got shape (2,), allowed: (3,) or (..., 3)"),
-    (
-        WALL | {"alpha1": 1e-3},
-        {"spin": [[0.0, 0.0, 1.0], [0.0, 0.0, 501.0]]},
-        "spin: got 0, 0, 501 at index 1, allowed: at most 1e+06 rad, 2 |spin| / sin(alpha1), bef",
-    ),
-    (
-        WALL | {"speed": 9.0},
-        {"spin": [1001.0, 0.0, 0.0]},
-        "alpha1: got alpha1 0.5; speed 9; spin 1001, 0, 0 at index 0, allowed: an impact at 1e-06 "
-        "to 90 degrees and 1e-06 to 100000 m/s, with a spin of -1000 to 1000 V/a",
-    ),
-    (WALL, {"grain": "old"}, "grain: got 'old', allowed: 'own', 'fresh', or numbers of shape"),
+    *((WALL, "alpha1", {"alpha1": x}) for x in ([0.5, 1.6], np.nan)),
+    (WALL, "speed", {"speed": [1.0, 0.0]}),
+    (WALL, "orientation", {"orientation": [1.0, 0.0, 0.0]}),
+    (LAB, "orientation", {"orientation": np.eye(2, 4, -1)}),
+    (WALL, "spin", {"spin": [1.0, 2.0]}),
+    (WALL | {"alpha1": 1e-3}, "spin", {"spin": [[0.0, 0.0, 1.0], [0.0, 0.0, 501.0]]}),
+    (WALL | {"speed": 9.0}, "alpha1", {"spin": [1001.0, 0.0, 0.0]}),
+    (WALL, "grain", {"grain": "old"}),
     *(
-        (WALL, {"grain": [[0.0, 1.0, 1.0], grain]}, f"grain: got {shown} at index 1, {CODES}")
-        for grain, shown in [
-            ((0.0, 1.1, 1.0), "0, 1.1, 1"),
-            ((4.0, 1.0, 0.9), "4, 1, 0.9"),
-            ((FIRST_MESH, 1.0, 1.0), f"{FIRST_MESH}, 1, 1"),
-            ((np.nan, 1.0, 1.0), "nan, 1, 1"),
-        ]
+        (WALL, "grain", {"grain": [[0.0, 1.0, 1.0], grain]})
+        for grain in ((0, 1.1, 1), (4, 1, 0.9), (FIRST_MESH, 1, 1), (np.nan, 1, 1))
     ),
-    (WALL, {"index": None}, "index: is missing"),
-    (
-        LAB,
-        {"velocity": [[1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]},
-        "velocity: got 1, 1, 0 at row 1 (particle ",
-    ),
-    (LAB, {"normal": [0.0, 0.0, 0.0]}, "normal: got 0, 0, 0 at row 0 (particle "),
-    (LAB, {"half_size": [1e-5, 0.0]}, "half_size: got 0 at row 1 (particle "),
-    (LAB, {"omega": [0.0, 1e12, 0.0]}, "omega: got 0, 1e+12, 0 at index 0, allowed: at most 1e+06"),
+    (WALL, "index", {"index": None}),
+    (LAB, "velocity", {"velocity": [[1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]}),
+    (LAB, "normal", {"normal": [0.0, 0.0, 0.0]}),
+    (LAB, "half_size", {"half_size": [1e-5, 0.0]}),
+    (LAB, "omega", {"omega": [0.0, 1e12, 0.0]}),
 ]
 
 
-@pytest.mark.parametrize(("usual", "change", "message"), REFUSED)
-def test_bad_input_is_refused_in_one_line(usual, change, message):
-    with pytest.raises(InputError) as caught:
-        (MODEL.sample if usual is WALL or "alpha1" in usual else MODEL.rebound)(**usual | change)
-    assert str(caught.value).startswith(message)
-    assert "\n" not in str(caught.value)
+@pytest.mark.parametrize(("usual", "field", "change"), REFUSED)
+def test_bad_input_is_refused_in_one_line(usual, field, change):
+    refused(field, MODEL.sample if "alpha1" in usual else MODEL.rebound, **usual | change)
 
 
 def test_first_bad_row_is_named_whatever_the_batches():

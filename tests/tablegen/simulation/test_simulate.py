@@ -5,10 +5,10 @@ import time
 import numpy as np
 import pytest
 from interruption import interrupted
+from refusals import refused
 from scipy.stats import binom, kstest, truncnorm
 
 import tablegen
-from sampler.errors import InputError
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.evidence.stability import run_case
@@ -128,43 +128,24 @@ class TestPopulation:
         assert np.abs(slim.state.mean(axis=0) - round_.state.mean(axis=0)).max() > 0.05
 
 
-#: Arguments of `make_condition` or of a run, how each is repeated, and what is allowed.
-REFUSED = [
-    ("alpha1", np.radians(9.9e-7), "9.9e-07", "1e-06 to 90 degrees"),
-    ("alpha1", np.radians(90.0000001), "90.0000001", "1e-06 to 90 degrees"),
-    ("alpha1", np.nan, "nan", "1e-06 to 90 degrees"),
-    ("speed", 0.0, "0", "1e-06 to 100000 m/s"),
-    ("speed", np.inf, "inf", "1e-06 to 100000 m/s"),
-    ("spin", (0.0, 1.0), "(", "three numbers"),
-    ("spin", None, "None", "three numbers"),
-    ("spin", (0.0, 1000.1, 0.0), "1000.1", "-1000 to 1000 V/a"),
-    ("spin", ["1", 0.0, 0.0], "'1'", "-1000 to 1000 V/a"),
-    ("contact_resolution", 0.11, "0.11", "1e-06 to 0.1"),
-    ("tolerance", 1e-15, "1e-15", "1e-14 to 0.0001"),
-    ("speed", True, "True", "1e-06"),
-    ("speed", "0.5", "'0.5'", "1e-06"),
-    ("speed", np.array([0.5, 0.6]), "array([0.5, 0.6])", "1e-06"),
-    ("count", 0, "0", "1 or more"),
-    ("count", 1.5, "1.5", "1 or more"),
-    ("seed", -1, "-1", "0 to 2**64 - 1"),
-    ("seed", 2**64, f"{2**64}", "0 to 2**64 - 1"),
-    ("stream", 2**32, f"{2**32}", "0 to 2**32 - 1"),
-    ("threads", 0, "0", "1 or more"),
-]
+#: What is refused of the arguments of `make_condition`, and of those of a run.
+OF_CONDITIONS = {
+    "alpha1": (np.radians(9.9e-7), np.radians(90.0000001), np.nan),
+    "speed": (0.0, np.inf, True, "0.5", np.array([0.5, 0.6])),
+    "spin": ((0.0, 1.0), None, (0.0, 1000.1, 0.0), ["1", 0.0, 0.0]),
+    "contact_resolution": (0.11,),
+    "tolerance": (1e-15,),
+}
+OF_RUNS = {"count": (0, 1.5), "seed": (-1, 2**64), "stream": (2**32,), "threads": (0,)}
 
 
-@pytest.mark.parametrize(("field", "value", "given", "allowed"), REFUSED)
-def test_values_outside_their_range_are_refused_in_one_line(field, value, given, allowed):
-    of_run = field in ("count", "seed", "stream", "threads")
-    call, usual = (
-        (run, {"count": 10}) if of_run else (make_condition, {"alpha1": 0.5, "speed": 200.0})
-    )
-    with pytest.raises(InputError) as caught:
-        call(**usual | {field.removeprefix("contact_"): value})
-    message = str(caught.value)
-    assert "\n" not in message
-    assert message.startswith(f"{field}: got {given}")
-    assert f"allowed: {allowed}" in message
+@pytest.mark.parametrize("field", [*OF_CONDITIONS, *OF_RUNS])
+def test_values_outside_their_range_are_refused_in_one_line(field):
+    usual, name = {"alpha1": 0.5, "speed": 200.0}, field.removeprefix("contact_")
+    for value in OF_CONDITIONS.get(field, ()):
+        refused(field, make_condition, **usual | {name: value})
+    for value in OF_RUNS.get(field, ()):
+        refused(field, run, **{"count": 10, field: value})
 
 
 def test_ends_of_the_ranges_are_allowed():

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from sampler.errors import InputError
 from tablegen.config.config import load_config
@@ -138,12 +139,8 @@ class TestCloseNodes:
             assert (np.diff(coordinate) > 0.0).all()
 
     def test_too_close_are_refused(self):
-        with pytest.raises(InputError) as caught:
-            axes_of((0.1, 90.0), alpha_nodes_deg=[0.1, 0.101, 1.0, 90.0])
-        assert str(caught.value) == (
-            "table.alpha_nodes_deg: got 0.1 and 0.101, which a look-up from 0.1 to 90 cannot tell "
-            "apart, allowed: nodes 0.022 apart"
-        )
+        nodes = [0.1, 0.101, 1.0, 90.0]
+        refused("table.alpha_nodes_deg", axes_of, (0.1, 90.0), alpha_nodes_deg=nodes)
 
 
 def halved(nodes, middle):

@@ -126,18 +126,18 @@ def test_cut_table_says_what_it_is(wide, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("changes", "reason"),
+    ("field", "changes"),
     [
-        ({"domain": {"alpha_deg": [5.0, 80.0]}}, r"alpha_deg: got \[5, 80\], allowed: inside \[10"),
-        ({"domain": {"speed": [50.0, 300.0]}}, r"speed: got \[50, 300\], allowed: inside \[60"),
-        ({"accuracy": {"ks": 0.5}}, "accuracy.ks: got 0.5, allowed: 1 or more"),
-        ({"population": {"truncation": 0.3}}, "population: differs from the table's"),
-        ({"model": {"tolerance": 1e-9}}, "model: differs from the table's"),
-        ({"pair": {"name": "other"}}, "pair: got 'other', allowed: 'corundum-steel'"),
+        ("domain.alpha_deg", {"domain": {"alpha_deg": [5.0, 80.0]}}),
+        ("domain.speed", {"domain": {"speed": [50.0, 300.0]}}),
+        ("accuracy.ks", {"accuracy": {"ks": 0.5}}),
+        ("population", {"population": {"truncation": 0.3}}),
+        ("model", {"model": {"tolerance": 1e-9}}),
+        ("pair", {"pair": {"name": "other"}}),
     ],
 )
-def test_scenes_beyond_the_table_are_refused(wide, tmp_path, changes, reason):
-    with pytest.raises(InputError, match=reason):
+def test_scenes_beyond_the_table_are_refused(wide, tmp_path, field, changes):
+    with pytest.raises(InputError, match=f"{field}: "):
         prune(wide, WIDE.with_changes(changes), tmp_path / "cut.h5")
     assert not list(tmp_path.iterdir())
 
