@@ -118,16 +118,8 @@ def _newer(path, whole):
 @pytest.mark.parametrize(
     ("command", "spoil", "words"),
     [
-        (
-            "validate",
-            lambda path, whole: path.write_bytes(whole[:9000]),
-            "no HDF5 file",
-        ),
-        (
-            "inspect",
-            lambda path, _: path.write_text("alpha,speed\n"),
-            "no HDF5 file",
-        ),
+        ("validate", lambda path, whole: path.write_bytes(whole[:9000]), "no HDF5 file"),
+        ("inspect", lambda path, _: path.write_text("alpha,speed\n"), "no HDF5 file"),
         ("validate", _altered, "checksum"),
         ("inspect", _newer, "make the table again"),
         ("validate", lambda path, _: path.mkdir(), "a folder or device, allowed: a regular file"),
