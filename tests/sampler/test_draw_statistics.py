@@ -7,11 +7,7 @@ file with less than 1e-4.
 import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
-from synthetic_table import (
-    channel_quantiles,
-    class_parts,
-    make_contents,
-)
+from synthetic_table import channel_quantiles, class_parts, make_contents
 
 import sampler
 

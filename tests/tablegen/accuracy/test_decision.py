@@ -110,16 +110,7 @@ class TestAskedFor:
         assert asked_spin.model_dump(**kept) == SPIN.model_dump(**kept) | spin
 
     def test_anything_else_is_refused(self):
-        for text in (
-            "",
-            "best",
-            "ks",
-            "ks=",
-            "ks=small",
-            "standard=1",
-            "ks=0.01;auc=0.6",
-            "speed=3",
-        ):
+        for text in ("", "best", "ks", "ks=", "ks=small", "standard=1", "ks=1;auc=1", "speed=3"):
             assert "compact, standard" in refused("accuracy", asked_accuracy, TARGETS, text)
         refused("accuracy: ks", asked_accuracy, TARGETS, "ks=2")
         refused("accuracy: spin_ks", asked_accuracy, SPIN, "spin_ks=2")

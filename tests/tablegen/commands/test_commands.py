@@ -11,14 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from command_line import (
-    BAD_INPUT,
-    DONE,
-    MISSED,
-    SIMULATE,
-    config_file,
-    flags,
-)
+from command_line import BAD_INPUT, DONE, MISSED, SIMULATE, config_file, flags
 from corrupt_tables import declaring, independent_channels, lopsided
 from tiny_tables import TINY
 
