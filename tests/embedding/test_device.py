@@ -35,9 +35,7 @@ IMPACTS = {
     "normal": np.array([0.0, 2.0, 0.1]),
     "half_size": RNG.uniform(1e-6, 1e-4, N),
 } | KEYS
-KERNELS = {
-    *("rbt_table_kernel", "rbt_sample_kernel", "rbt_spin_sample_kernel", "rbt_rebound_kernel"),
-}
+KERNELS = {f"rbt_{name}_kernel" for name in ("table", "sample", "spin_sample", "rebound")}
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from refusals import refused
 
 from sampler.errors import InputError
 from sampler.files import (
@@ -27,20 +28,10 @@ def test_a_name_comes_before_a_file_of_the_working_folder(tmp_path, monkeypatch)
     assert find_table("other").name == "other"
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ("quartz", "table: got 'quartz', allowed: a name (corundum-steel"),
-        ("none.h5", "table: got none.h5, allowed: a file that exists"),
-        (".", "table: got ., a folder or device, allowed: a regular file"),
-    ],
-)
-def test_missing_files_are_refused_in_one_line(given, said):
-    with pytest.raises(InputError) as refused:
-        find_file("table", given, ".h5")
-    assert str(refused.value).startswith(said)
-    with pytest.raises(InputError, match="mesh: got none, allowed: a file that exists"):
-        read_file("mesh", "none")
+def test_missing_files_are_refused_in_one_line():
+    for given in ("quartz", "none.h5", "."):
+        refused("table", find_file, "table", given, ".h5")
+    refused("mesh", read_file, "mesh", "none")
 
 
 def fill_the_disk(path):

@@ -133,12 +133,9 @@ def test_bad_numbers_of_a_flight_give_a_code_and_write_nothing(changes, code):
 
 
 def test_short_arrays_are_refused():
-    with pytest.raises(ValueError, match=r"^work: got too few numbers, allowed: the model's work_"):
-        rebound(work=np.empty(MODEL.work_size - 1))
-    with pytest.raises(ValueError, match=r"^out: got fewer than 6 numbers, allowed: shape \(6,\)$"):
-        rebound(out=np.zeros(5))
-    with pytest.raises(ValueError, match=r"^orientation: got fewer than 4 numbers, allowed: shape"):
-        rebound(orientation=np.zeros(3))
+    for name, length in (("work", MODEL.work_size - 1), ("out", 5), ("orientation", 3)):
+        with pytest.raises(ValueError, match=rf"^{name}: got .*, allowed: "):
+            rebound(**{name: np.zeros(length)})
 
 
 @pytest.mark.parametrize(
