@@ -4,7 +4,7 @@ Each shape of a mixture has the same number of particles, whatever its weight. S
 exactly linear in the weights, and their chance errors are those of the shapes alone.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tablegen.accuracy.descriptive import scattering_angles
-from tablegen.measured.measurements import QUANTITIES, SPREAD
+from tablegen.measured.measurements import QUANTITIES
 from tablegen.model.float_array import FloatArray
 
 #: Columns of `variables_of` that hold u and v.
@@ -120,49 +120,3 @@ class Strata:
         return {
             name: scale.get(name, 1.0) * values[:, q.variable] for name, q in QUANTITIES.items()
         }
-
-
-def influences(
-    variables: Sequence[FloatArray], shares: FloatArray, alpha: float, columns: Sequence[str]
-) -> list[FloatArray]:
-    """Compute the influence functions of moments of a mixture of shapes.
-
-    To first order a moment errs by the mean of its influence function over the particles:
-    x - mean for a mean, and ((x - mean)^2 - variance) / (2 spread) for a spread. Source:
-    F. R. Hampel, J. Am. Stat. Assoc. 69 (1974) 383-393.
-
-    Takes `variables_of` particles of each shape, (q, 5), and names of k columns of measurements.
-    Gives (q, k) for each shape. The angle is in rad.
-    """
-    mean = sum(w * x.mean(axis=0) for w, x in zip(shares, variables, strict=True))
-    square = sum(w * ((x - mean) ** 2).mean(axis=0) for w, x in zip(shares, variables, strict=True))
-    scale = {"e_n": 1.0 / np.sin(alpha), "e_t": 1.0 / np.cos(alpha)}
-
-    def influence(x: FloatArray, column: str) -> FloatArray:
-        name, deviation = column.removesuffix(SPREAD), x - mean
-        if column == "rebound_angle_deg":
-            u, v = mean[_U], mean[_V]
-            across = u * deviation[:, _V] - v * deviation[:, _U]
-            return np.degrees(across / (u * u + v * v))
-        k = QUANTITIES[name].variable
-        found = deviation[:, k]
-        if column != name:
-            # a spread of zero has no error
-            found = (found**2 - square[k]) / max(2.0 * np.sqrt(square[k]), 1e-300)
-            found = found if square[k] > 0.0 else np.zeros_like(found)
-        return np.asarray(scale.get(name, 1.0) * found)
-
-    return [np.column_stack([influence(x, column) for column in columns]) for x in variables]
-
-
-def covariances(found: Sequence[FloatArray], shares: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Compute two covariances (k, k) of moments from their `influences`.
-
-    The first, over n, is that of n particles of the mixture; the second, over n, that of n
-    particles of each shape.
-    """
-    within = [np.cov(x, rowvar=False, bias=True).reshape(x.shape[1], -1) for x in found]
-    means = [x.mean(axis=0) for x in found]
-    measured = sum(w * (c + np.outer(m, m)) for w, c, m in zip(shares, within, means, strict=True))
-    simulated = sum(w * w * c for w, c in zip(shares, within, strict=True))
-    return np.asarray(measured), np.asarray(simulated)

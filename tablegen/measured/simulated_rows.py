@@ -1,8 +1,8 @@
 """Direct simulation of measured rows: rebounds of each shape at given impact conditions."""
 
 import math
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,6 @@ from tablegen.model.model_bounds import Bounds
 from tablegen.progress import bar, thread_pool
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import check_impact_angle, check_run
-
-_Result = TypeVar("_Result")
 
 #: Standard deviation of the tilt of facets.
 WALL_TILT_DEG = Bounds(0.0, math.degrees(MAX_ROUGHNESS), " degrees")
@@ -79,7 +77,7 @@ class SimulatedRows:
         shape, parts = (len(self._alpha), len(self._shapes)), []
         total = count * math.prod(shape)
         with bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted:
-            for moments in self._each(central_moments, count):
+            for moments in self._each(count):
                 parts.append(moments)
                 counted.update(count)
         stacked = (np.array(arrays) for arrays in zip(*parts, strict=True))
@@ -91,18 +89,13 @@ class SimulatedRows:
         """Simulate means and standard deviations of the population."""
         return self.strata(count, progress).mixed()
 
-    def variables(self, count: int) -> list[list[FloatArray]]:
-        """Simulate the variables (count, 5) of each shape at each row."""
-        found, shapes = list(self._each(np.asarray, count)), len(self._shapes)
-        return [found[k : k + shapes] for k in range(0, len(found), shapes)]
-
-    def _each(self, of: Callable[[FloatArray], _Result], count: int) -> Iterator[_Result]:
-        """Apply a function to the variables of each row and shape, one row after another."""
+    def _each(self, count: int) -> Iterator[CentralMoments]:
+        """Simulate the moments of each row and shape, one row after another."""
         as_integer("count", count, 2, 2**32 - 1, "2 to 2**32 - 1")
         workers = check_run(count, self._seed, 0, self._threads)
         places = list(np.ndindex(len(self._alpha), len(self._shapes)))
         with thread_pool(workers) as pool:
-            yield from pool.map(lambda place: of(self._variables(place, count)), places)
+            yield from pool.map(lambda at: central_moments(self._variables(at, count)), places)
 
     def _variables(self, place: tuple[int, ...], count: int) -> FloatArray:
         """Simulate the variables (count, 5) at one place: a row and a shape."""
