@@ -236,7 +236,11 @@ def load_population(name_or_path: str | Path) -> Tree:
     """
     if str(name_or_path) in GRAINS:
         return named_population(str(name_or_path))
-    path = find_config(name_or_path)
+    try:
+        path = find_config(name_or_path)
+    except InputError as error:
+        names = f"{', '.join(GRAINS)}, a shipped pair, or the path of a .toml file"
+        raise InputError(f"grains: got {shown(str(name_or_path))}, allowed: {names}") from error
     tree = _written_out(parse_toml(read_text(path), path.name), path.name, path.parent)
     if isinstance(tree.get("pair"), str):
         return load_config(path).population.model_dump(

@@ -13,7 +13,7 @@ from tablegen.config.config import Config, load_population
 from tablegen.config.grains import GRAINS
 from tablegen.measured.fits import Fitter, make_targets
 from tablegen.measured.free_numbers import chosen_names
-from tablegen.measured.measurements import Measurements, Moments
+from tablegen.measured.measurements import Measurements
 from tablegen.measured.pair_file import starting_config, with_comments
 from tablegen.measured.reader import read_measurements
 from tablegen.measured.result import Calibration, Fit
@@ -23,8 +23,8 @@ from tablegen.simulation.simulate import check_run
 #: Most rows of a fit; the time grows with them.
 _MOST_ROWS = 400
 
-#: Grains that hold the means of most sets, for a look at the same rows with other angles.
-_USUAL = "rounded"
+#: Rise of e_n over the angles that no known material has: it falls by more.
+_RISE = 0.1
 
 
 def calibrate(
@@ -94,8 +94,7 @@ def calibrate(
             fits.append(fitter.fit(label, config, chosen_names(config, free), name))
             counted.update(1)
         chosen = _chosen(fits)
-        advice = "" if chosen.holds else _advice(data, chosen, seed, threads)
-    made = Calibration(tuple(fits), chosen, advice)
+    made = Calibration(tuple(fits), chosen, _advice(data, chosen))
     made = replace(made, chosen=replace(chosen, config=with_comments(made, data, seed)))
     if path is not None:
         write_text(path, made.config.text)
@@ -122,41 +121,31 @@ def _starts(
 
 
 def _chosen(fits: Sequence[Fit]) -> Fit:
-    """Choose among the fits that hold the means: by the spreads, or by the smoothest laws."""
+    """Choose among the fits that hold the means: by the spreads, or the most angular grains.
+
+    Spheres follow means most easily, so smooth laws would always ask for round grains.
+    """
     held = [fit for fit in fits if fit.holds]
     if not held:
         return min(fits, key=lambda fit: fit.means[0].miss)
-    if np.isfinite(held[0].spread_distance):
-        return min(held, key=lambda fit: fit.spread_distance)
-    return min(held, key=lambda fit: fit.roughness)
+    return min(held, key=lambda fit: fit.spread_distance) if held[0].spreads else held[0]
 
 
-def _advice(data: Measurements, nearest: Fit, seed: int, threads: int | None) -> str:
-    """Say which rows no grains hold, and what would."""
-    missed = [one for one in nearest.means if one.miss > 1.0]
-    rows = dict.fromkeys(one.place for one in sorted(missed, key=lambda one: one.row))
-    said = f"{nearest.grains} grains come nearest, but not at {', '.join(rows)}"
-    e_n = data.moments["e_n"].mean
+def _advice(data: Measurements, chosen: Fit) -> str:
+    """Say what looks wrong in the measurements, and which rows no grains hold; "" if nothing."""
+    missed = sorted((one for one in chosen.means if one.miss > 1.0), key=lambda one: one.row)
+    rows = ", ".join(dict.fromkeys(one.place for one in missed))
+    said = [f"{chosen.grains} grains come nearest, but not at {rows}"] if missed else []
+    e_n, angle = data.moments["e_n"].mean, data.alpha_deg
     known = np.isfinite(e_n)
-    if known.sum() > 1 and np.polyfit(data.alpha_deg[known], e_n[known], 1)[0] > 0.0:
-        turned = _from_normal(data)
-        start = starting_config(turned, load_population(_USUAL))
-        fitter = Fitter(turned, make_targets(turned), None, seed, threads)
-        if fitter.fit(_USUAL, start, chosen_names(start, ()), "turned").holds:
-            return (
-                f"{said}; read as angles from the normal, {_USUAL} grains hold all: give 90 - angle"
-            )
-    above = [f"{a:g}" for a, e in zip(data.alpha_deg, e_n, strict=True) if e > 1.0]
-    if above:
-        return f"{said}; e_n is above 1 at {', '.join(above)} degrees: no smooth wall gives that"
-    if np.isnan(data.speed).any():
-        return f"{said}; if rows have different speeds, state them: a law of speed may hold them"
-    return f"{said}; check these rows: without them the rest may hold"
-
-
-def _from_normal(data: Measurements) -> Measurements:
-    """Take the angles of measurements to be from the normal."""
-    angles = np.clip(90.0 - data.alpha_deg, 0.5, 90.0)
-    return replace(
-        data, alpha_deg=angles, moments={n: Moments(*m) for n, m in data.moments.items()}
-    )
+    above = ", ".join(f"{a:g}" for a in angle[known & (e_n > 1.0)])
+    rise = float(np.polyfit(angle[known], e_n[known], 1)[0]) if known.sum() > 1 else 0.0
+    if rise * np.ptp(angle) > _RISE:
+        said.append("e_n rises with the angle: if angles are from the normal, give 90 - angle")
+    elif above:
+        said.append(f"e_n is above 1 at {above} degrees, which hardly a smooth wall gives")
+    elif missed and np.isnan(data.speed).any():
+        said.append("state the speeds of the rows if they differ: a law of speed may hold them")
+    elif missed:
+        said.append("check these rows, or leave them out")
+    return "; ".join(said)

@@ -13,7 +13,7 @@ def fit_lines(made: Calibration) -> Iterator[str]:
     """Write the verdicts, the table of all fits, and what the data leave open."""
     yield _of_means(made)
     if made.advice:
-        yield f"no grains hold the means: {made.advice}"
+        yield f"{'no grains hold the means' if made.missed else 'note'}: {made.advice}"
     yield _of_spreads(made.chosen)
     if len(made.fits) > 1:
         yield from _table(made)
@@ -34,10 +34,10 @@ def _of_means(made: Calibration) -> str:
 def _of_spreads(fit: Fit) -> str:
     """Say how the spreads compare; they are followed by nothing."""
     if not fit.spreads:
-        return "spreads: none measured that means something; they would tell grains apart"
+        return "spreads: none measured; they would choose the grains (--grains NAME takes others)"
     worst = max(fit.spreads, key=lambda one: abs(math.log(one.simulated / one.measured)))
     return (
-        f"spreads: {worst.simulated / worst.measured:.2f} of the measured one at the worst row, "
+        f"spreads: {worst.simulated / worst.measured:.2f} times the measured one at the worst row, "
         f"{worst.column} at {worst.place}; a measured spread holds more than shape (sizes, speeds, "
         "wall), and near 90 degrees e_t has none"
     )
@@ -62,8 +62,8 @@ def _why(made: Calibration, fit: Fit) -> str:
         worst = fit.means[0]
         return f"misses {worst.column} at {worst.place}"
     if fit.grains == made.chosen.grains:
-        return "chosen: spreads nearest" if measured else "chosen: smoothest laws"
-    return "holds; spreads farther" if measured else "holds; laws less smooth"
+        return "chosen: spreads nearest" if measured else "chosen: the most angular that holds"
+    return "holds; spreads farther" if measured else "holds"
 
 
 def _of_numbers(fit: Fit) -> str:

@@ -95,7 +95,7 @@ class Calibration:
     fits: tuple[Fit, ...]
     #: The chosen one; where none holds the means, that which comes nearest.
     chosen: Fit
-    #: What would hold the means, if nothing does.
+    #: What looks wrong in the measurements, and which rows are missed; empty if nothing.
     advice: str = ""
 
     @property

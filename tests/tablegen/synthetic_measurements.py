@@ -1,9 +1,8 @@
-"""Measurements made by direct simulation of a known pair, and quick calibrations."""
+"""Measurements made by direct simulation of a known pair."""
 
 import numpy as np
 
 from tablegen import load_config
-from tablegen.measured import calibrate, search
 from tablegen.measured.measurements import QUANTITIES, Measurements, Moments
 from tablegen.simulation.simulate import simulate
 
@@ -21,13 +20,6 @@ def small_pair(value=0.5, friction=0.4, **changes):
     tree = {"name": "small", "spin": False, "pair": laws, "population": population}
     tree["domain"] = {"extrapolate": True}
     return load_config("corundum-steel").with_changes(tree | changes)
-
-
-def shorten_searches(monkeypatch):
-    """Make calibrations of a second: few starts and steps."""
-    stages = (search.Stage("looking", 4, 1.0, 0), search.Stage("searching", 1, 1.0, 5))
-    for module in (search, calibrate):
-        monkeypatch.setattr(module, "STAGES", stages)
 
 
 def measured_from(config, alpha_deg, count, seed, spreads=True):

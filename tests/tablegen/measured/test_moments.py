@@ -10,8 +10,6 @@ from tablegen.measured.moments import (
     CentralMoments,
     Strata,
     central_moments,
-    covariances,
-    influences,
     variables_of,
 )
 
@@ -82,8 +80,6 @@ def test_equal_states_have_no_spread_and_no_error():
         assert found.std[name][0] < 1e-14
         assert found.mean_error[name][0] < 1e-14
         assert np.isfinite(found.std_error[name][0])
-    (influence,) = influences([np.ones((10, 5))], np.ones(1), 0.6, ("e_n_std",))
-    assert not influence.any()
 
 
 def test_chance_errors_are_the_scatter_of_repetitions():
@@ -102,38 +98,3 @@ def test_chance_errors_are_the_scatter_of_repetitions():
             scatter = np.std([getattr(run, value)[name][0] for run in runs])
             told = np.mean([getattr(run, error)[name][0] for run in runs])
             assert told == pytest.approx(scatter, rel=0.15), (name, value)
-
-
-def test_covariances_are_those_of_many_small_samples():
-    """Of 4,000 samples: an element errs by 0.03 of its scale, a hundredth of them by 0.08."""
-    rng, alpha, n, shares = np.random.default_rng(8), np.radians(35.0), 400, np.array([0.7, 0.3])
-    columns = ("e_n", "e_n_std", "e_t", "e_t_std", "rebound_angle_deg", "omega_z")
-
-    def particles(shape, count):
-        v = rng.gamma(2.0 + shape, 0.1, count)
-        u = 0.5 + 0.2 * shape - 0.4 * v + rng.normal(0.0, 0.1, count)
-        angle = np.degrees(np.arctan2(v, u))
-        return np.column_stack([u, v, angle, rng.normal(0.0, 5.0, count), -v + 0.1 * u])
-
-    def moments(x, weights):
-        mean = weights @ x
-        std = np.sqrt(weights @ (x - mean) ** 2)
-        e_n, e_t = 1.0 / np.sin(alpha), 1.0 / np.cos(alpha)
-        turned = np.degrees(np.arctan2(mean[1], mean[0]))
-        return np.array([e_n * mean[1], e_n * std[1], e_t * mean[0], e_t * std[0], turned, mean[4]])
-
-    large = [particles(shape, 100_000) for shape in range(2)]
-    measured, simulated = covariances(influences(large, shares, alpha, columns), shares)
-    mixed, stratified = [], []
-    for _ in range(4000):
-        first = rng.binomial(n, shares[0])
-        x = np.vstack([particles(0, first), particles(1, n - first)])
-        mixed.append(moments(x, np.full(n, 1.0 / n)))
-        x = np.vstack([particles(shape, n) for shape in range(2)])
-        stratified.append(moments(x, np.repeat(shares / n, n)))
-    for expected, samples in ((measured, mixed), (simulated, stratified)):
-        found = n * np.cov(np.array(samples), rowvar=False)
-        scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-        assert np.abs((found - expected) / scale).max() < 0.1
-    # strata leave the chance of the shapes out
-    assert np.abs(measured - simulated).max() > 0.1 * np.abs(measured).max()
