@@ -13,7 +13,7 @@ The columns are u, v, w over V and omega_x, omega_y, omega_z times a/V. ``table.
 same for velocities in the lab frame. Both take keys in place of a generator: the seed of a run, the
 index of each particle and how many walls it has hit. Of particles that arrive
 spinning, give the spin (``spin=``, ``omega=``); each has one grain, from wall to wall.
-``sampler.numba`` does it for one particle inside code compiled by numba.
+`sampler.numba` has both calls for code compiled by numba, and `sampler.errors` the codes of rows.
 """
 
 import lazy_loader

@@ -7,6 +7,7 @@ is where its type and layout allow.
 
 import math
 import operator
+import sys
 import textwrap
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
@@ -70,6 +71,11 @@ def place(row: int, shape: Shape) -> str:
 # -- numbers ---------------------------------------------------------------------------------------
 
 
+def is_masked(values: Any) -> bool:
+    """Tell whether values are a masked array, without the time of importing `numpy.ma`."""
+    return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
+
+
 def check_kind(name: str, array: Any, kinds: str, allowed: str) -> None:
     """Refuse an array of another kind of numbers; an empty one has no kind yet."""
     if array.size and array.dtype.kind not in kinds:
@@ -78,7 +84,7 @@ def check_kind(name: str, array: Any, kinds: str, allowed: str) -> None:
 
 def _numeric(name: str, values: ArrayLike, kinds: str, allowed: str) -> NDArray[Any]:
     """Make an array of one of the dtype kinds."""
-    if isinstance(values, np.ma.MaskedArray):  # numpy would hand on the numbers under the mask
+    if is_masked(values):  # numpy would hand on the numbers under the mask
         refuse(name, "a masked array", f"{allowed} without a mask")
     try:
         array = np.asarray(values)
@@ -192,20 +198,9 @@ def _shown(value: Any) -> str:
 
 
 def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
-    """Coerce an integer from low to high; raises `InputError`.
-
-    Parameters
-    ----------
-    name : str
-        Of the argument, for the message.
-    value : object
-        True, False and floats are no integers.
-    low, high : int
-    allowed : str
-        The range in words.
-    """
+    """Coerce an integer, no bool, from low to high; `allowed` is the range in words."""
     try:  # numpy 1 would take its True for 1
-        unfit = isinstance(value, bool | np.bool_ | np.ma.MaskedArray)
+        unfit = isinstance(value, bool | np.bool_) or is_masked(value)
         number = None if unfit else operator.index(value)
     except TypeError:
         number = None
@@ -245,11 +240,8 @@ def _as_size(size: Any) -> Shape:
 def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
     """Find the shape to which the rows of all arguments broadcast: that of `size`, if given.
 
-    Raises
-    ------
-    InputError
-        If an argument does not fit those before it, or all of them not `size`. Arrays of several
-        rows have the same number of dimensions: (n, 1) beside (n,) would quietly become (n, n).
+    Arrays of several rows have the same number of dimensions: (n, 1) beside (n,) would quietly
+    become (n, n). Raises `InputError`.
     """
     shape: Shape = ()
     first = ""  # argument of several rows
@@ -313,14 +305,7 @@ class Keys(NamedTuple):
 
 
 class Call(NamedTuple):
-    """Arguments of a call, broadcast.
-
-    Attributes
-    ----------
-    shape : tuple of int
-        Shape of the arguments without the last axis of vectors.
-    rows : Rows
-    """
+    """Arguments of a call, broadcast: their shape without the last axis of vectors, and rows."""
 
     shape: Shape
     rows: Rows
@@ -352,14 +337,9 @@ class HostArrays:
 def broadcast(
     arguments: Mapping[str, ArrayLike], keys: Keys, fresh: bool = False, arrays_of: Any = HostArrays
 ) -> Call:
-    """Make rows of arguments and of their keys.
+    """Make rows of arguments and of their keys; raises `InputError` for a wrong type or shape.
 
     A generator gives one 64-bit number, which is the seed; rows are numbered from 0, and hit is 0.
-
-    Raises
-    ------
-    InputError
-        If an argument has a wrong type or shape, or `hit` is missing beside a spin and keys.
     """
     keys = keys.checked()
     for name in ("spin", "omega"):
@@ -396,7 +376,7 @@ def check_grain_word(grain: Any) -> None:
 
 def check_written(name: str, array: Any, shape: Shape, *dtypes: Any) -> None:
     """Refuse what is no writable array of a shape and one of some dtypes; None is none."""
-    plain = isinstance(array, np.ndarray) and not isinstance(array, np.ma.MaskedArray)
+    plain = isinstance(array, np.ndarray) and not is_masked(array)
     fits = plain and array.dtype in dtypes and array.shape == shape and array.flags.writeable
     if array is not None and not fits:
         given = f"{array.dtype} {array.shape}" if plain else type(array).__name__

@@ -1,7 +1,7 @@
 """Errors that a user can cause, each one line: the field, what was given, what is allowed.
 
-Draws and rebounds have, in every language, a code for each row: 0, a sum of the flags `ANGLE`, `SPEED`,
-`SPIN` and `EXTRAPOLATED`, or one of the negative codes below.
+Draws and rebounds have, in every language, a code for each row: 0, a sum of the flags `ANGLE`,
+`SPEED`, `SPIN` and `EXTRAPOLATED`, or one of the negative codes below.
 """
 
 from typing import NamedTuple, NoReturn
@@ -60,7 +60,7 @@ CODES = (
 #: Last code of a draw or a rebound; those beyond are of files.
 LAST_OF_DRAWS = -11
 
-#: Codes by name: 0 is fine, positive a flag, negative an error with nothing written.
+#: Codes by name: 0 is fine, positive a flag, negative an error whose results are NaN.
 STATUS = {code.name.removeprefix("ERR_"): code.number for code in CODES}
 
 OK = STATUS["OK"]

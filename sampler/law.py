@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from sampler import library
 from sampler.arguments import Call, Grain, Keys, as_reals_up_to, common_shape, present
 from sampler.errors import refuse
-from sampler.library import Codes, OpenTable, Rows
+from sampler.library import Found, OpenTable, Rows
 
 #: Draws at a condition, and a seed that is kept for them: a user's draws shall not repeat them.
 DRAWS = 2**18
@@ -25,8 +25,8 @@ class LawAtConditions:
     columns: tuple[str, ...]
     _table: OpenTable
     _call: Callable[[dict[str, Any], Grain, Keys], Call]
-    _refuse: Callable[[Call, Codes], None]
-    _count: Callable[[Call, Codes, int], None]
+    _refuse: Callable[[Call, Found], None]
+    _count: Callable[[Call, Found, int], None]
 
     def mean(
         self, alpha1: ArrayLike, speed: ArrayLike, spin: ArrayLike | None = None

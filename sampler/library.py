@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.errors import OK, TableError
+from sampler.errors import FLAGS, OK, TableError
 from sampler.formats.image import Image, aligned
 
 #: Rows of a slice at most: few enough for Ctrl-C, which comes between slices, to end a run at once.
@@ -141,17 +141,9 @@ class OpenTable:
 
 
 class Rows(NamedTuple):
-    """Arguments of a batch by name; an array of one row stands for all rows.
+    """Arguments of n rows by name: contiguous arrays (n, ...), or (1, ...) of one for all rows.
 
-    Attributes
-    ----------
-    n : int
-        Number of rows.
-    seed : int
-    arrays : dict of contiguous arrays, shape (n, ...) or (1, ...)
-        float64, but ``index`` (uint64) and ``hit`` (uint32).
-    fresh : bool
-        Whether a particle has another grain at each hit.
+    They are float64, but ``index`` (uint64) and ``hit`` (uint32); fresh: another grain at each hit.
     """
 
     n: int
@@ -160,29 +152,44 @@ class Rows(NamedTuple):
     fresh: bool
 
 
-#: Codes of all rows; None: all are 0.
-Codes = NDArray[np.intc] | None
+class Found(NamedTuple):
+    """Codes of the rows of a call, and what there is among them.
+
+    Attributes
+    ----------
+    codes : int array, shape (n,), or None
+        None: all are 0.
+    bad : bool
+        Whether any is an error.
+    counts : tuple of int
+        Numbers of rows with each of `sampler.errors.FLAGS`.
+    """
+
+    codes: NDArray[np.intc] | None
+    bad: bool
+    counts: tuple[int, ...]
+
+    @classmethod
+    def of(cls, codes: NDArray[np.intc]) -> "Found":
+        """Look through codes."""
+        bad = bool((codes < 0).any())
+        # bytes take a third of the time
+        flags = np.where(codes < 0, 0, codes).astype(np.uint8) if bad else codes.astype(np.uint8)
+        counts = (int(np.count_nonzero(flags & flag)) for flag in FLAGS.values())
+        return cls(codes, bad, tuple(counts))
 
 
 def sample(
     table: OpenTable, rows: Rows, states: NDArray[np.float64] | None, threads: int | None
-) -> Codes:
-    """Draw the states of all rows.
+) -> Found:
+    """Draw the states (n, n_columns) of all rows, NaN where there is an error; None: codes alone.
 
-    Parameters
-    ----------
-    table : OpenTable
-    rows : Rows
-        ``alpha1``, ``speed``, ``index``, ``hit`` and, if they are given, ``spin`` and ``grain``.
-    states : contiguous float64 array, shape (n, n_columns), written; or None
-        Where rows have an error, NaN. None: only the codes are found.
-    threads : int or None
-        None: as many as the number of rows is worth.
+    `threads`: None for as many as the number of rows is worth.
     """
     draw = library().rbt_sample
 
-    def run(place: Callable[[str], int | None], start: int, count: int, codes: int) -> int:
-        given = _filled(Conditions, place, fresh=rows.fresh)
+    def run(at: dict[str, int], start: int, count: int, codes: int) -> int:
+        given = Conditions(**at, fresh=rows.fresh)
         out = None if states is None else states.ctypes.data + start * states.strides[0]
         return draw(table.handle, count, ctypes.byref(given), rows.seed, out, codes)
 
@@ -195,38 +202,20 @@ def rebound(
     results: dict[str, NDArray[np.float64]],
     threads: int | None,
     isotropic: bool,
-) -> Codes:
-    """Rebound the particles of all rows.
+) -> Found:
+    """Write the results that are wanted: velocity and omega (n, 3), works (n, 2), of each row.
 
-    Parameters
-    ----------
-    table : OpenTable
-    rows : Rows
-        ``velocity``, ``normal``, ``half_size``, ``index``, ``hit`` and, if they are given,
-        ``wall_velocity``, ``omega``, ``roughness`` and ``grain``.
-    results : dict of contiguous float64 arrays, written
-        ``velocity`` and ``omega``, shape (n, 3), and ``works``, shape (n, 2), if they are wanted;
-        NaN where rows have an error.
-    threads : int or None
-        As for `sample`.
-    isotropic : bool
-        Whether facets of rough walls are tilted across the plane of incidence as well.
+    They are in the lab frame, in m/s, rad/s and J/kg, and NaN where there is an error.
     """
     bounce = library().rbt_rebound
 
-    def run(place: Callable[[str], int | None], start: int, count: int, codes: int) -> int:
-        given = _filled(Impacts, place, fresh=rows.fresh, isotropic=isotropic)
-        at = {name: array.ctypes.data + start * array.strides[0] for name, array in results.items()}
-        after = Rebounds(**at, codes=codes)
+    def run(at: dict[str, int], start: int, count: int, codes: int) -> int:
+        given = Impacts(**at, fresh=rows.fresh, isotropic=isotropic)
+        to = {name: array.ctypes.data + start * array.strides[0] for name, array in results.items()}
+        after = Rebounds(**to, codes=codes)
         return bounce(table.handle, count, ctypes.byref(given), rows.seed, ctypes.byref(after))
 
     return _run(run, rows, threads)
-
-
-def _filled(record: Any, place: Callable[[str], int | None], **flags: bool) -> Any:
-    """Make a record of the addresses that its fields have."""
-    names = (name for name, kind in record._fields_ if kind is c_void_p)
-    return record(**{name: place(name) for name in names}, **flags)
 
 
 def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> NDArray[np.float64]:
@@ -238,8 +227,8 @@ def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> ND
     return found
 
 
-def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Codes:
-    """Run a function over slices of all rows; return their codes."""
+def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Found:
+    """Run a function over slices of all rows; return what was found."""
     n = rows.n
     if threads is None:
         worth = n // _ROWS_PER_THREAD
@@ -247,17 +236,18 @@ def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Codes:
     parts = threads * max(1, math.ceil(n / (threads * SLICE))) if threads > 1 or n > SLICE else 1
     longest = math.ceil(n / parts)
     arrays = {name: _long_enough(array, n, longest) for name, array in rows.arrays.items()}
-    at = {name: array.ctypes.data for name, array in arrays.items()}
-    step = {name: array.strides[0] if len(array) == n else 0 for name, array in arrays.items()}
     codes = np.empty(n, np.intc)
 
-    def part(ends: tuple[int, int]) -> int:
+    nothing = Found(None, False, (0,) * len(FLAGS))
+
+    def part(ends: tuple[int, int]) -> Found:
         start, end = ends
-
-        def place(name: str) -> int | None:
-            return at[name] + start * step[name] if name in at else None
-
-        return run(place, start, end - start, codes.ctypes.data + start * codes.itemsize)
+        at = {
+            name: array.ctypes.data + (start * array.strides[0] if len(array) == n else 0)
+            for name, array in arrays.items()
+        }
+        code = run(at, start, end - start, codes.ctypes.data + start * codes.itemsize)
+        return Found.of(codes[start:end]) if code else nothing  # while they are in the cache
 
     slices = list(pairwise(n * k // parts for k in range(parts + 1)))
     if threads == 1:
@@ -265,7 +255,10 @@ def _run(run: Callable[..., int], rows: Rows, threads: int | None) -> Codes:
     else:
         with ThreadPoolExecutor(threads) as pool:
             found = list(pool.map(part, slices))
-    return codes if any(found) else None
+    if all(each is nothing for each in found):
+        return nothing
+    counts = tuple(map(sum, zip(*(each.counts for each in found), strict=True)))
+    return Found(codes, any(each.bad for each in found), counts)
 
 
 def _long_enough(array: NDArray[Any], n: int, longest: int) -> NDArray[Any]:

@@ -4,7 +4,7 @@ import math
 import re
 import threading
 import warnings
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from sampler import errors
 from sampler.arguments import Call, told_apart
 from sampler.errors import CODES, FLAGS, InputError, OutsideTableWarning
 from sampler.formats.bounds import ANY_SPEED, INERTIA
-from sampler.library import Codes
+from sampler.library import Found
 
 Ends = tuple[float, float]
 
@@ -27,31 +27,21 @@ _ALLOWED = {
 
 
 class Covered(NamedTuple):
-    """What a table covers, the same for both of its laws; in words, by `str`.
+    """What a table covers, the same for both of its laws; in words, by `str`."""
 
-    Attributes
-    ----------
-    alpha_deg : tuple of two float
-        Impact angles, degrees.
-    speed : tuple of two float, or None
-        Impact speeds, m/s; None: any.
-    spin : tuple of two float, or None
-        Sizes of the spin before the impact times a/V; None: there is no spin law.
-    measured : tuple of two float, or None
-        Speeds at which the law of the pair was measured, m/s; None: it holds at any.
-    effective : float
-        Largest speed with the spin, V (1 + 2/3 spin^2)^(1/2), m/s.
-    """
-
+    #: Impact angles, degrees, and speeds, m/s; None: any.
     alpha_deg: Ends
     speed: Ends | None
+    #: Sizes of the spin before the impact times a/V; None: there is no spin law.
     spin: Ends | None
+    #: Speeds at which the law of the pair was measured, m/s; None: it holds at any.
     measured: Ends | None
+    #: Largest speed with the spin, V (1 + 2/3 spin^2)^(1/2), m/s.
     effective: float
 
     @classmethod
     def of(cls, ends: dict[str, Ends], has_spin: bool, effective: float) -> "Covered":
-        """Make it of what `OpenTable.covered` gives, without the rounding of units."""
+        """Make it of what ``rbt_covered`` gives, without the rounding of units."""
         low, high = (round(math.degrees(end), 12) for end in ends["alpha1"])
         speed, measured = (
             None if ends[name][1] >= ANY_SPEED[1] else ends[name] for name in ("speed", "measured")
@@ -110,31 +100,30 @@ class Counting:
         """Number of draws so far at speeds at which the pair was not measured."""
         return self._counts.by_kind["extrapolated"]
 
-    def _refused(self, codes: NDArray[Any]) -> NDArray[np.bool_]:
-        """Tell which rows have an error, or are outside where that is one."""
-        refused: NDArray[np.bool_] = codes < 0
-        return refused | ((codes & _OUTSIDE) != 0) if self.outside == "raise" else refused
+    def _refused(self, found: Found) -> NDArray[np.bool_] | None:
+        """Tell which rows have an error, or are outside where that is one; None: none has."""
+        raises = self.outside == "raise" and any(found.counts[:3])
+        if found.codes is None or not (found.bad or raises):
+            return None
+        refused: NDArray[np.bool_] = found.codes < 0
+        return refused | ((found.codes & _OUTSIDE) != 0) if raises else refused
 
-    def _refuse(self, call: Call, codes: Codes) -> None:
+    def _refuse(self, call: Call, found: Found) -> None:
         """Raise the `InputError` of the first row of a call that is refused."""
-        if codes is None:
-            return
-        refused = self._refused(codes)
-        if refused.any():
+        refused, codes = self._refused(found), found.codes
+        if refused is not None and codes is not None:
             row = int(refused.argmax())
             if codes[row] < 0:
                 raise InputError(row_message(call, row, int(codes[row])))
             raise InputError(self._outside(call, row, int(codes[row])))
 
-    def _count(self, call: Call, codes: Codes, stacklevel: int) -> None:
+    def _count(self, call: Call, found: Found, stacklevel: int) -> None:
         """Count the flags of rows without errors; warn of each kind once, at the line that drew."""
-        if codes is None:
+        if found.codes is None:
             return
-        flags = codes.astype(np.uint8)  # takes a third of the time
-        of_kind = {kind: (flags & flag) != 0 for kind, flag in FLAGS.items()}
-        numbers = {kind: int(np.count_nonzero(rows)) for kind, rows in of_kind.items()}
+        codes, numbers = found.codes, dict(zip(FLAGS, found.counts, strict=True))
         for kind in self._counts.add(numbers):
-            row = int(of_kind[kind].argmax())
+            row = int(((codes > 0) & ((codes & FLAGS[kind]) != 0)).argmax())
             rows = f"{numbers[kind]} of the rows of this call"
             if kind == "extrapolated":
                 told = f"{self._extrapolated(call, row)} for {rows}"

@@ -26,7 +26,7 @@ from sampler.files import find_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.image import header_of, table_image
 from sampler.law import LawAtConditions
-from sampler.library import Codes, OpenTable
+from sampler.library import Found, OpenTable
 from sampler.messages import Counting, Counts, Covered
 
 if TYPE_CHECKING:
@@ -166,7 +166,7 @@ class Table(LawAtConditions, Counting):
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
-        rng: np.random.Generator | None = None,
+        rng: "np.random.Generator | None" = None,
         size: int | tuple[int, ...] | None = None,
         threads: int | None = None,
         out: NDArray[Any] | None = None,
@@ -253,7 +253,7 @@ class Table(LawAtConditions, Counting):
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
-        rng: np.random.Generator | None = None,
+        rng: "np.random.Generator | None" = None,
         size: int | tuple[int, ...] | None = None,
         wall_velocity: ArrayLike | None = None,
         roughness: ArrayLike | None = None,
@@ -321,14 +321,14 @@ class Table(LawAtConditions, Counting):
         found = self._with_misfits(call, found)
         if codes is None:
             self._refuse(call, found)
-        elif found is None:
-            codes[...] = errors.OK
         else:
-            codes[...] = found.reshape(call.shape)
+            codes[...] = errors.OK if found.codes is None else found.codes.reshape(call.shape)
             refused = self._refused(found)
-            found[refused] = errors.OK  # not drawn, hence not counted
-            for values in results.values():
-                values[refused] = np.nan
+            if refused is not None and found.codes is not None:
+                for values in results.values():
+                    values[refused] = np.nan
+                # what is not drawn is not counted
+                found = Found.of(np.where(refused, errors.OK, found.codes))
         if works is not None:
             works[...] = results["works"].reshape(works.shape)
         self._count(call, found, 3)
@@ -396,20 +396,7 @@ class Table(LawAtConditions, Counting):
         return DeviceTable(self, self._table.image, dtype)
 
     def check_spin(self, name: str, spin: Any, grain: Grain) -> None:
-        """Refuse a spin or a grain that the table has no law for.
-
-        Parameters
-        ----------
-        name : str
-            Of the spin, for the message: "spin" or "omega".
-        spin, grain
-            As for `sample`.
-
-        Raises
-        ------
-        InputError
-            If the table has no spin law for it, or the grain is an unknown word.
-        """
+        """Refuse a spin ("spin" or "omega") or a grain that the table has no law for."""
         check_grain_word(grain)
         if self.has_spin:
             return
@@ -428,23 +415,23 @@ class Table(LawAtConditions, Counting):
             return broadcast(given, keys, fresh=grain == "fresh")
         return broadcast(given | {"grain": grain}, keys)
 
-    def _drawn(self, call: Call, states: NDArray[np.float64] | None, threads: int | None) -> Codes:
+    def _drawn(self, call: Call, states: NDArray[np.float64] | None, threads: int | None) -> Found:
         """Draw states, or find the codes alone."""
         return self._with_misfits(call, library.sample(self._table, call.rows, states, threads))
 
-    def _with_misfits(self, call: Call, codes: Codes) -> Codes:
+    def _with_misfits(self, call: Call, found: Found) -> Found:
         """Give codes with those of given grains that were not simulated, which C does not know."""
         given = call.rows.arrays.get("grain")
         if given is None:
-            return codes
+            return found
         ratios, kinds = self._small["spin/ratio_range"], self._small["spin/shape_codes"]
         inside = (given[:, None, 1:] >= ratios[..., 0]) & (given[:, None, 1:] <= ratios[..., 1])
         misfit = ~((given[:, :1] == kinds) & inside.all(axis=2)).any(axis=1)
         if not misfit.any():
-            return codes
-        codes = np.zeros(call.rows.n, np.intc) if codes is None else codes
+            return found
+        codes = np.zeros(call.rows.n, np.intc) if found.codes is None else found.codes
         codes[(codes >= errors.OK) & misfit] = errors.GRAIN_NOT_KNOWN
-        return codes
+        return Found.of(codes)
 
 
 def _kept_beside(contents: TableContents) -> dict[str, NDArray[Any]]:

@@ -57,8 +57,8 @@ def make_models(table, config):
         return *table.rebound(velocity, normal, HALF_SIZE, omega=omega, **keys), orientation
 
     def without_spin(velocity, normal, omega, orientation, time, **keys):
-        law = {"grain": "fresh"} if table.has_spin else {}  # as if every impact were the first
-        return *table.rebound(velocity, normal, HALF_SIZE, **law, **keys), orientation
+        # as if every impact were the first
+        return *table.rebound(velocity, normal, HALF_SIZE, grain="fresh", **keys), orientation
 
     spheres = tablegen.DirectModel(config, config.population.restricted_to("sphere"))
     made = (simulated(tablegen.DirectModel(config)), with_spin, without_spin, simulated(spheres))
@@ -190,7 +190,7 @@ def main(arguments=None):
         means = {model: of_model[:, 0].mean(axis=1) for model, of_model in found.items()}
         chains[name] = means, np.quantile(found["direct simulation"][:, 0], [0.1, 0.9], axis=1)
     runs.close()
-    print(f"\nRebounds outside the table, which took its nearest condition: {table.clamped:,}.")
+    print(f"\nRebounds by flag: {table.counts}.")
     if args.figure:
         draw(chains, args.speed, args.figure)
     return 0

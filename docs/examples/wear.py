@@ -43,17 +43,9 @@ def with_works(table, half_size, works):
     """Make a rebound for `bend.follow`; it adds works on the outer wall, (n, 2) J/kg, to a list."""
 
     def rebound(velocity, normal, omega, orientation, time, **keys):
-        after = table.rebound(velocity, normal, half_size, omega=omega, **keys)
-        # a draw with the same keys, from the same condition, is the same rebound
-        into = -(velocity * normal).sum(axis=1)
-        along = velocity + into[:, None] * normal
-        x = along / np.linalg.norm(along, axis=1)[:, None]
-        speed = np.linalg.norm(velocity, axis=1)
-        spin = np.stack([(omega * e).sum(axis=1) for e in (x, normal, np.cross(x, normal))], axis=1)
-        angle = np.arcsin(np.minimum(into / speed, 1.0))
-        states = table.sample(angle, speed, spin=spin * (half_size / speed)[:, None], **keys)
-        outer = normal.sum(axis=1) < 0.0
-        works.append((0.5 * speed[:, None] ** 2 * states[:, -2:])[outer])
+        taken = np.empty((len(velocity), 2))
+        after = table.rebound(velocity, normal, half_size, omega=omega, works=taken, **keys)
+        works.append(taken[normal.sum(axis=1) < 0.0])
         return *after, orientation
 
     return rebound

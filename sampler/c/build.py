@@ -26,8 +26,9 @@ LIBRARY = HERE.parent / "librebound.so"
 
 #: Sections of the header, in their order.
 SECTIONS = (
-    *("public", "prelude", "nodes", "sphere", "grains", "spin", "experts", "outcomes", "sample"),
-    *("frame", "rough", "rebound", "checksum", "layout", "check", "read", "open", "queries", "gas"),
+    *("public", "prelude", "words", "nodes", "sphere", "grains", "spin", "experts", "outcomes"),
+    *("sample", "frame", "rough", "rebound", "checksum", "layout", "check", "read", "open"),
+    *("queries", "gas"),
     "end",
 )
 

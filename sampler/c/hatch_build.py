@@ -1,4 +1,4 @@
-"""Build hook: a wheel carries the compiled draw and its header, and serves every Python of its platform."""
+"""Build hook: a wheel carries the draw, compiled and as a header, and serves every Python."""
 
 import sys
 import sysconfig

@@ -8,6 +8,7 @@ from sampler.arguments import Keys, Rebound, as_isotropic, broadcast
 from sampler.device import program
 from sampler.errors import refuse
 from sampler.formats.image import Image
+from sampler.library import Found
 from sampler.messages import Counting, Counts
 
 #: Threads of a block, and most blocks for each multiprocessor: larger arrays are taken in turns.
@@ -194,6 +195,8 @@ class DeviceTable(Counting):
             given = self._argument, np.uint64(rows.n), record, np.uint64(rows.seed)
             arguments = (*given, *results, codes, flagged)
             self._module.get_function(kernel)((blocks,), (_THREADS,), arguments)
-            found = self._cupy.asnumpy(codes) if flagged.item() else None
+            if not flagged.item():
+                return
+            found = Found.of(self._cupy.asnumpy(codes))
         self._refuse(call, found)
         self._count(call, found, 4)

@@ -18,7 +18,7 @@ from tablegen.measured.moments import (
     variables_of,
 )
 from tablegen.model.float_array import FloatArray
-from tablegen.model.model_bounds import Bounds
+from tablegen.model.model_bounds import HALF_SIZE, Bounds
 from tablegen.progress import bar, thread_pool
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import check_impact_angle, check_run
@@ -108,5 +108,5 @@ class SimulatedRows:
             return variables_of(model.sample(alpha, speed, **keys))
         velocity = speed * np.array([math.cos(alpha), -math.sin(alpha), 0.0])
         normal = (0.0, 1.0, 0.0)
-        rebound = model.rebound(velocity, normal, 1.0, roughness=self._roughness, **keys)
-        return variables_of(np.hstack([rebound.velocity, rebound.omega]) / speed)
+        after = model.rebound(velocity, normal, HALF_SIZE, roughness=self._roughness, **keys)
+        return variables_of(np.hstack([after.velocity, after.omega * HALF_SIZE]) / speed)

@@ -17,8 +17,8 @@ from tablegen.model.random_numbers import philox_block, uniform
 #: rounding noise.
 _NORMAL_IMPACT = 1e-12
 
-#: Smallest half-size [m]: below it, the spin of a fast particle leaves the range of numbers.
-_LEAST_HALF_SIZE = 1e-30
+#: Half-sizes [m] that the draw takes too: others are mistaken units.
+_LEAST_HALF_SIZE, _MOST_HALF_SIZE = 1e-9, 0.1
 
 #: Block of random words that gives the azimuth at normal impact.
 _AZIMUTH_BLOCK = 2
@@ -111,9 +111,7 @@ def impact_status(velocity, normal, half_size, wall_velocity):
         return NOT_FINITE
     if normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0:
         return NORMAL_NOT_USABLE
-    if half_size < _LEAST_HALF_SIZE:
-        return HALF_SIZE
-    return OK
+    return OK if _LEAST_HALF_SIZE <= half_size <= _MOST_HALF_SIZE else HALF_SIZE
 
 
 @inline_kernel

@@ -83,6 +83,9 @@ SPIN = Bounds(-1e3, 1e3, " V/a")
 #: 2 |spin| / sin(alpha1).
 MOST_TURNED = 1e6
 
+#: Half-size [m] where any gives the same rebound: a power of two, so that units of a keep all bits.
+HALF_SIZE = 2.0**-17
+
 #: Smallest rebound speed of a contact point over V.
 CONTACT_RESOLUTION = Bounds(1e-6, 0.1)
 

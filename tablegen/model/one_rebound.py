@@ -279,7 +279,7 @@ def rebound(
     normal : tuple of three float
         From the wall into the gas, any length but zero.
     half_size : float
-        Largest half-size a of the particle, m.
+        Largest half-size a of the particle, 1e-9 to 0.1 m.
     omega : tuple of three float
         Angular velocity before the impact, rad/s.
     grain, seed, index, hit, work
@@ -292,7 +292,7 @@ def rebound(
     Returns
     -------
     int
-        As `draw`, and the codes of `sampler.rebound`.
+        As `draw`, and the codes of `sampler.numba.rebound`.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from sampler.formats.bounds import INERTIA
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
-from tablegen.model.model_bounds import MOST_TURNED, SPEED
+from tablegen.model.model_bounds import HALF_SIZE, MOST_TURNED, SPEED
 from tablegen.simulation.direct import DirectModel
 
 #: The next wall of a particle. "same": the one it left, met at the angle of the departure, as on
@@ -112,15 +112,16 @@ def depart(
         "hit": impacts.hit,
         "threads": threads,
     }
-    given: dict[str, Any] = {"omega": impacts.spin * impacts.speed[:, None], "grain": impacts.grain}
+    turning = impacts.speed[:, None] / HALF_SIZE  # V/a
+    given: dict[str, Any] = {"omega": impacts.spin * turning, "grain": impacts.grain}
     if impacts.hit.size and impacts.orientation.any():
         given["orientation"] = impacts.orientation
     # wall axes: at exactly normal impact the frame of `rebound` is turned at random, and then the
     # law is symmetric about the normal
     works = np.empty((n, 2))
     wall = np.array([0.0, 1.0, 0.0])
-    after = model.rebound(velocity, wall, np.ones(n), **given, **keys, works=works)
-    states = np.hstack([after.velocity, after.omega]) / impacts.speed[:, None]
+    after = model.rebound(velocity, wall, HALF_SIZE, **given, **keys, works=works)
+    states = np.hstack([after.velocity / impacts.speed[:, None], after.omega / turning])
     over = works / (0.5 * np.square(impacts.speed)[:, None])
     return Departures(impacts, states, after.orientation, over)
 

@@ -48,7 +48,7 @@ def ways(conditions: int, particles: int, spinning: bool) -> dict[str, Callable[
     a, v, s = alpha[which], speed[which], spin[which]
     velocity = v[:, None] * np.column_stack([np.cos(a), -np.sin(a), np.zeros(len(a))])
     omega = s * (v / HALF_SIZE)[:, None]
-    keys = {"seed": 1, "threads": 1}
+    keys = {"seed": 1, "hit": 0, "threads": 1}
     work, after = np.empty(model.work_size), np.empty((len(v), 6))
 
     def apart() -> None:

@@ -5,15 +5,14 @@
 
 Every row draws the same number of states of six components at random angles and speeds, on one
 thread. The bootstrap is ``rows[rng.integers(0, 10**6, n)]`` of an array of 10**6 rows in single
-precision; Python draws into double precision, and into single precision. Rows with spin are draws
-from the spin law, at spins of all directions; a table without one gets a random one of 132 leaves.
-The floor, which no table of this size can go below, is the random words of a draw and one read of
-16 bytes at a random place. Times are processor time; a ratio is the median of the ratios to the
-bootstrap of the same round. Without gcc the rows of C are left out.
+precision. Rows with spin are draws from the spin law, at spins of all directions; a table without
+one gets a random one of 132 leaves. The floor, which no table of this size can go below, is the
+random words of a draw and one read of 16 bytes at a random place. Times are processor time; a
+ratio is the median of the ratios to the bootstrap of the same round. Without gcc the rows of C
+are left out.
 """
 
 import argparse
-import ctypes
 import json
 import statistics
 import tempfile
@@ -50,7 +49,7 @@ class Conditions:
         self.velocity = np.stack([along, down, np.zeros(n)], axis=1)
         self.omega = self.spin * self.speed[:, None] / 1e-5
         self.states = np.empty((n, len(table.columns)))
-        self.singles = np.empty((n, len(table.columns)), np.float32)
+        self.codes = np.empty(n, np.int32)
 
 
 def python_draws(table: sampler.Table, c: Conditions) -> dict[str, Draw]:
@@ -68,7 +67,6 @@ def python_draws(table: sampler.Table, c: Conditions) -> dict[str, Draw]:
     return {
         BOOTSTRAP: lambda: rows[rng.integers(0, ROWS, c.index.size)],
         "Python, Table.sample": sample(c.states),
-        "Python, Table.sample, float32": sample(c.singles),
         "Python, Table.sample, spin": sample(c.states, spin=c.spin),
         "Python, Table.rebound": rebound(),
         "Python, Table.rebound, spin": rebound(omega=c.omega),
@@ -83,15 +81,21 @@ def c_draws(image: Path, c: Conditions, folder: Path) -> dict[str, Draw]:
         source = folder / f"loops{len(flags)}.c"
         source.write_text((HERE / "draw_loops.c").read_text())
         library = toolchain.load_library(source, flags)
-        library.one_by_one.argtypes = library.rbt_draw_batch.argtypes[:-1]
-        library.floor_of_draws.argtypes = (
-            ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint64, library.one_by_one.argtypes[6],
-        )  # fmt: skip
+        library.one_by_one.argtypes = library.rbt_sample.argtypes
+        library.floor_of_draws.argtypes = library.rbt_grains.argtypes[:4]
         _, opened = toolchain.open_code(library, image)
         name = f"C {' '.join(flags)}"
         for label, spin in (("", None), (", spin", c.spin)):
-            given = (opened, n, c.alpha1, c.speed, spin, 7, c.index, c.hit, c.states)
-            found[f"{name}, batch{label}"] = lambda f=library.rbt_draw_batch, a=given: f(*a, None)
+            own = (None if array is None else array.ctypes.data for array in (spin, None))
+            record = toolchain.Conditions(
+                c.alpha1.ctypes.data,
+                c.speed.ctypes.data,
+                *own,
+                c.index.ctypes.data,
+                c.hit.ctypes.data,
+            )
+            given = (opened, n, record, 7, c.states, c.codes)
+            found[f"{name}, batch{label}"] = lambda f=library.rbt_sample, a=given: f(*a)
             found[f"{name}, one by one{label}"] = lambda f=library.one_by_one, a=given: f(*a)
         if flags == NATIVE:
             words = (opened, n, 7, c.index)

@@ -18,7 +18,7 @@ from harness import ROOT
 
 _PYTHON = (sys.executable, "-c")
 _DRAW = "import sampler; t = sampler.load('corundum-steel-compact')"
-_ONE = "seed=1, index=[0])"
+_ONE = "seed=1, index=[0], hit=0)"
 _IMPACT = "[1.0, -90.0, 0.0], [0, 1, 0], 1e-5"
 _CONDITION = ("--alpha", "45", "--speed", "200", "--count", "1000", "--seed", "1")
 _TABLEGEN, _SAMPLER = (sys.executable, "-m", "tablegen"), (sys.executable, "-m", "sampler")

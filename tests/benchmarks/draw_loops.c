@@ -1,22 +1,27 @@
-/* What bench_draw.py times beside rbt_draw_batch: calls one by one, and the floor of any table. */
+/* What bench_draw.py times beside batches: rows one by one, and the floor of any table. */
 
 #define REBOUND_SAMPLER_IMPLEMENTATION
 #include "rebound_sampler.h"
 
-int one_by_one(const rbt_table *table, size_t n, const double *alpha1, const double *speed,
-               const double *spin, uint64_t seed, const uint64_t *index, const uint32_t *hit,
-               double *states);
+/* Draw each row by a call of its own, with a record of its own. */
+int one_by_one(const rbt_table *table, size_t n, const rbt_conditions *all, uint64_t seed,
+               double *states, int *codes);
 uint32_t floor_of_draws(const rbt_table *table, size_t n, uint64_t seed, const uint64_t *index);
 
-int one_by_one(const rbt_table *table, size_t n, const double *alpha1, const double *speed,
-               const double *spin, uint64_t seed, const uint64_t *index, const uint32_t *hit,
-               double *states)
+int one_by_one(const rbt_table *table, size_t n, const rbt_conditions *all, uint64_t seed,
+               double *states, int *codes)
 {
-    int codes = 0;
-    for (size_t k = 0; k < n; k++)
-        codes |= rbt_draw(table, alpha1[k], speed[k], spin ? spin + 3 * k : NULL, seed, index[k],
-                          hit[k], states + 6 * k);
-    return codes;
+    int flags = 0;
+    for (size_t k = 0; k < n; k++) {
+        rbt_conditions one = {0};
+        one.alpha1 = all->alpha1 + k;
+        one.speed = all->speed + k;
+        one.spin = all->spin ? all->spin + 3 * k : NULL;
+        one.index = all->index + k;
+        one.hit = all->hit + k;
+        flags |= rbt_sample(table, 1, &one, seed, states + 6 * k, codes + k);
+    }
+    return flags;
 }
 
 /* Two blocks of random words and one read of 16 bytes from memory of the table's size. */

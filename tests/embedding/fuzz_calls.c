@@ -182,6 +182,10 @@ static void ask(const rbt_table *table, size_t n, const uint64_t *index, const u
     const int code = rbt_grains(table, n, 7, index, one_in(2) ? NULL : hit, grains);
     const void *image = rbt_image(table, &size);
     const rbt_table moved = rbt_moved(table, image), unchecked = rbt_unchecked(image, size);
+    rbt_table *again;
+    if (rbt_open_memory(image, size, &again) != RBT_OK)
+        fail("an image is refused");
+    rbt_close(again);
     if ((code == RBT_OK) != rbt_has_spin_law(table) || rbt_covered(&moved, &range) != RBT_OK ||
         range.alpha1[0] > range.alpha1[1] || rbt_components(&unchecked, NULL) < 1 ||
         !rbt_pair(table)[0] || !rbt_strerror(RBT_SPEED | RBT_EXTRAPOLATED)[0] ||
@@ -221,7 +225,7 @@ int main(int argc, char **argv)
                 draw(table, n, index, hit, &all);
             else
                 rebound(table, n, index, hit, &all);
-            if (k % 50 == 0)
+            if (k % 200 == 0)
                 ask(table, n, index, hit);
             free(index), free(hit);
         }

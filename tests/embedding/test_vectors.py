@@ -74,8 +74,9 @@ def test_tables_in_python(name):
             continue
         motion = given[:, :3], given[:, 3:6], given[:, 6]
         keys |= {"roughness": given[:, 10]} if "rough" in kind else {}
+        keys |= {} if table.has_spin else {"grain": "fresh"}
         after = table.rebound(*motion, wall_velocity=given[:, 7:10], omega=spin, **keys)
-        agree(kind, np.hstack(after), expected)
+        agree(kind, np.hstack(after), expected[:, :6])
 
 
 def test_a_wrong_table_gives_other_states():

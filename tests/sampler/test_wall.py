@@ -88,24 +88,6 @@ def test_small_particles_meet_flanks_and_large_ones_the_whole_profile():
     np.testing.assert_allclose(tilts, expected, rtol=1e-14)
 
 
-def test_one_particle_and_any_unit():
-    one = sampler.wall_tilt(2e-6, 3e-6, 20e-6, 50e-6)
-    assert one.shape == ()
-    assert one == pytest.approx(sampler.wall_tilt(2.0, 3.0, 20.0, 50.0), rel=1e-15)
-
-
-def test_a_flat_profile_is_a_smooth_wall():
-    assert sampler.wall_tilt(0.0, 0.0, 1.0, 1e9) == 0.0
-
-
-def test_published_profiles():
-    """For sand of 200 micrometres: polished and cast walls; on a cut one Rq / RSm is 1/2."""
-    assert sampler.wall_tilt(1.0, 0.05, 0.5, 200.0) == math.atan(0.2)
-    assert sampler.wall_tilt(25.0, 1.0, 10.0, 200.0) == math.atan(0.2)
-    with pytest.raises(sampler.InputError, match=r"^ra, rq, rsm, diameter: got 100, 25, 50, 200"):
-        sampler.wall_tilt(100.0, 25.0, 50.0, 200.0)
-
-
 def test_only_the_tilts_of_the_particles_at_hand_count():
     """The flanks of a cast wall are too steep for a small particle, which is refused."""
     with pytest.raises(sampler.InputError, match=r"got 25, 1, 10, 5, allowed: tilts up to 0.5 rad"):

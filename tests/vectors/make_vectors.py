@@ -9,9 +9,9 @@ with one case a line, numbers as hexadecimal floating point:
     rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 SEED INDEX HIT CODE VELOCITY*3 OMEGA*3
     rough-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS SEED INDEX HIT CODE ...
 
-VALUE are variables, 0 where they are no column of the table; lines of a table without the work of the
-impulses do not have it. The table spin,
-with a spin law, also has other lines, in which SPIN and OMEGA are those before the impact:
+VALUE are variables, 0 where they are no column of the table; lines of a table without the work of
+the impulses do not have it. The table spin, with a spin law, also has other lines, in which SPIN
+and OMEGA are those before the impact:
 
     spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6 [0 0 WORK*2]
     spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 SEED INDEX HIT CODE ...

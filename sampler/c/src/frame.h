@@ -118,7 +118,7 @@ RBTI_INLINE RBT_DEVICE void rbti_tangent(const double relative[3], const double 
 }
 
 /* Angle, speed and frame of an impact. */
-RBTI_ONCE RBT_DEVICE int rbti_meet(const double velocity[3], const double normal[3],
+RBTI_INLINE RBT_DEVICE int rbti_meet(const double velocity[3], const double normal[3],
                                      double half_size, const double *wall_velocity, uint64_t seed,
                                      uint64_t index, uint32_t hit, rbti_impact *impact)
 {
@@ -151,12 +151,11 @@ RBTI_INLINE RBT_DEVICE int rbti_to_spin(const rbti_impact *impact, const double 
     spin[0] = scale * rbti_dot(omega, impact->e_x);
     spin[1] = scale * rbti_dot(omega, impact->e_y);
     spin[2] = scale * rbti_dot(omega, impact->e_z);
-    const double speed = impact->speed, energy = speed * speed * (1.0 + rbti_dot(spin, spin));
-    return rbti_finite(energy) ? RBT_OK : RBT_ERR_NOT_FINITE;
+    return RBT_OK;
 }
 
 /* A drawn state in the lab frame. */
-RBTI_ONCE RBT_DEVICE void rbti_leave(const rbti_impact *impact, const double state[6],
+RBTI_INLINE RBT_DEVICE void rbti_leave(const rbti_impact *impact, const double state[6],
                                        double velocity[3], double omega[3])
 {
     const double *e_x = impact->e_x, *e_y = impact->e_y, *e_z = impact->e_z;

@@ -1,13 +1,3 @@
-}
-
-/* Draws are vectorised and unrolled whatever flags the program is compiled with. Without two passes they
-   take less time to compile, and single ones to run. (An attribute would not do: gcc 12 forgets those of
-   some functions that have versions.) */
-#if defined(__GNUC__) && !defined(__clang__) && !defined(RBTI_GPU)
-#pragma GCC push_options
-#pragma GCC optimize("O3", "fp-contract=off", "no-ipa-cp-clone", "no-tree-pre")
-#endif
-
 /* -- the first-impact draw -----------------------------------------------------------------------
 
    The law of particles that arrive without spin. A table has nodes of impact angle and speed, and a cell
@@ -21,21 +11,7 @@
      4      rbti_fill_normals      words to normals n
             rbti_mix               variates mean + L n, reflected or not, to places among knots
      5      rbti_fill_channel      quantiles at these places, averaged over the nodes
-            rbti_to_states         channels to variables of the state
-
-   Each step is written once, for m draws side by side; the compiler knows m, which is 1 for a
-   single draw and RBTI_BLOCK for a batch. A step is a loop over arrays of fixed length without
-   branches, which compilers turn into vector instructions. Memory that it reads at scattered places
-   was prefetched by the step before, so that the draws of a block wait for memory together.
-   Number k of draw r of an array stands at k m + r. */
-
-#if defined(RBTI_GPU) || defined(RBT_DEVICE_ONLY)
-#define RBTI_BLOCK ((size_t)1) /* threads of a device draw one by one, with little memory each */
-#else
-#define RBTI_BLOCK ((size_t)32)
-#define RBTI_BLOCKS 1
-#endif
-#define RBTI_EACH_DRAW(r) for (size_t r = 0; r < m; r++)
+            rbti_to_states         channels to variables of the state */
 
 typedef struct rbti_draws {
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK];
@@ -75,39 +51,6 @@ RBTI_INLINE RBT_DEVICE int rbti_error(double alpha1, double speed)
     if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
         return RBT_ERR_NOT_APPROACHING;
     return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_OK;
-}
-
-/* Uniform number in (0, 1) from a random word. */
-RBTI_INLINE RBT_DEVICE double rbti_uniform(uint32_t word)
-{
-    return ((double)word + 0.5) * (1.0 / 4294967296.0);
-}
-
-/* Four random words of each draw, Philox4x32-10. A block that is not full repeats its last draw. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_words(size_t m, uint32_t block, uint64_t seed,
-                                            const uint64_t *index, const uint32_t *hit,
-                                            size_t count, uint32_t *words)
-{
-    uint32_t *c0 = words, *c1 = words + m, *c2 = words + 2 * m, *c3 = words + 3 * m;
-    uint32_t key0 = (uint32_t)seed, key1 = (uint32_t)(seed >> 32);
-    RBTI_EACH_DRAW(r) {
-        const size_t k = r < count ? r : count - 1;
-        c0[r] = (uint32_t)index[k];
-        c1[r] = (uint32_t)(index[k] >> 32);
-        c2[r] = hit[k];
-        c3[r] = block;
-    }
-    for (int round = 0; round < 10; round++) {
-        RBTI_EACH_DRAW(r) {
-            const uint64_t p0 = (uint64_t)c0[r] * 0xD2511F53u, p1 = (uint64_t)c2[r] * 0xCD9E8D57u;
-            c0[r] = (uint32_t)(p1 >> 32) ^ c1[r] ^ key0;
-            c1[r] = (uint32_t)p1;
-            c2[r] = (uint32_t)(p0 >> 32) ^ c3[r] ^ key1;
-            c3[r] = (uint32_t)p0;
-        }
-        key0 += 0x9E3779B9u;
-        key1 += 0xBB67AE85u;
-    }
 }
 
 /* Lower nodes of the cell on an axis; weights of the upper ones. */
@@ -198,41 +141,6 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_component(size_t m, const rbt_table *tab
     }
     RBTI_EACH_DRAW(r)
         RBTI_PREFETCH(table->components + d->record[r]);
-}
-
-/* Normal numbers from words by a table of cubics. The octave of the distance from the nearer end of the
-   words is found by the exponent of a floating-point number, which unlike a count of leading zeros can be
-   vectorised. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_normals(size_t m, const float *table, const uint32_t *words,
-                                              float *normals)
-{
-    int32_t rows[RBTI_BLOCK] RBTI_ALIGNED;
-    float t[RBTI_BLOCK] RBTI_ALIGNED, sign[RBTI_BLOCK] RBTI_ALIGNED;
-    float cubic[4 * RBTI_BLOCK] RBTI_ALIGNED;
-    RBTI_EACH_DRAW(r) {
-        const int32_t upper = (int32_t)(words[r] >> 31);
-        const uint32_t mask = (uint32_t)-upper;
-        /* half the distance from the nearer end, in units of 2^-32: from 1/2 to 2^31 */
-        float half = (float)(int32_t)((words[r] ^ mask) & 0x7fffffffu) + 0.5f;
-        uint32_t bits;
-        memcpy(&bits, &half, sizeof bits);
-        rows[r] = (int32_t)(bits >> 20) - 8 * 126;
-        bits = (bits << 3 & 0x7fffffu) | 0x3f800000u;
-        memcpy(&half, &bits, sizeof half);
-        t[r] = half - 1.0f;
-        sign[r] = 1.0f - 2.0f * (float)upper;
-    }
-    RBTI_EACH_DRAW(r) {
-        const float *row = table + 4 * rows[r];
-        cubic[r] = row[0];
-        cubic[m + r] = row[1];
-        cubic[2 * m + r] = row[2];
-        cubic[3 * m + r] = row[3];
-    }
-    RBTI_EACH_DRAW(r) {
-        const float *c = cubic + r;
-        normals[r] = sign[r] * (c[0] + t[r] * (c[m] + t[r] * (c[2 * m] + t[r] * c[3 * m])));
-    }
 }
 
 /* Pairs of 16-bit numbers in the longest record, of 8 channels. */

@@ -129,3 +129,4 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
     uint64_t bits;
     memcpy(&bits, &x, sizeof bits);
     return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
+}

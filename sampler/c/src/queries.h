@@ -12,8 +12,8 @@ RBT_API RBT_DEVICE int rbt_covered(const rbt_table *table, rbt_range *range)
     range->speed[0] = any ? speed->low : speed->first;
     range->speed[1] = any ? speed->high : speed->last;
     if (table->spin.n_shapes > 0) {
-        range->spin[0] = sqrt(table->spin.least_spin);
-        range->spin[1] = sqrt(table->spin.most_spin);
+        range->spin[0] = sqrt(table->spin.least_spin / (1.0 - RBTI_ROUNDING));
+        range->spin[1] = sqrt(table->spin.most_spin / (1.0 + RBTI_ROUNDING));
     }
     memcpy(range->measured, table->valid_speed, sizeof range->measured);
     return RBT_OK;

@@ -3,10 +3,11 @@
    A row meets the wall, or the first facet of a rough one, in the frame of the impact; its state is
    drawn, by itself or in a block; it leaves, after further bounces where it needs them. */
 
-/* Impact of a row on a wall, or on the first facet of a rough one. */
+/* Impact of a row on a wall, or on the first facet of a rough one, whose cascade lies apart: mostly it
+   is not needed, nor then in the cache. */
 typedef struct rbti_hit {
     rbti_impact met;
-    rbti_cascade facets; /* of a rough wall */
+    rbti_cascade *facets;
     int rough;
     double spin[3];
 } rbti_hit;
@@ -37,13 +38,10 @@ RBTI_INLINE RBT_DEVICE int rbti_begin_row(const rbt_impacts *impacts, size_t k, 
     int code;
     of->rough = !rbti_finite(roughness) || roughness != 0.0;
     if (of->rough) {
-        double facet[3];
         code = rbti_begin(velocity, normal, half_size, wall, roughness, impacts->isotropic,
-                          omega, &of->facets);
+                          omega, of->facets);
         if (code == RBT_OK)
-            code = rbti_meet_facet(&of->facets, seed, index, hit, facet);
-        if (code == RBT_OK)
-            code = rbti_meet(of->facets.moving, facet, half_size, NULL, seed, index, hit, &of->met);
+            code = rbti_meet_facet(of->facets, seed, index, hit, &of->met);
     } else {
         code = rbti_meet(velocity, normal, half_size, wall, seed, index, hit, &of->met);
     }
@@ -62,7 +60,7 @@ RBTI_INLINE RBT_DEVICE int rbti_end_row(const rbt_table *table, const rbt_impact
         rbti_add_works(&of->met, state, work);
     }
     if (code >= RBT_OK && of->rough) {
-        rbti_cascade *c = &of->facets;
+        rbti_cascade *c = of->facets;
         memcpy(c->moving, velocity, sizeof velocity);
         memcpy(c->turning, omega, sizeof omega);
         if (!rbti_has_left(c)) {
@@ -91,7 +89,9 @@ RBTI_INLINE RBT_DEVICE int rbti_rebound_row(const rbt_table *table, const rbt_im
 {
     const rbti_grains grains = {rbti_vector_of(impacts->grain, k), seed, impacts->fresh};
     const int spins = rbti_spins(impacts);
+    rbti_cascade facets;
     rbti_hit of;
+    of.facets = &facets;
     double state[RBT_VALUES];
     int code = rbti_begin_row(impacts, k, seed, &of);
     if (code == RBT_OK)
@@ -108,6 +108,7 @@ static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts
                               size_t count, uint64_t seed, const rbt_rebounds *out, int *codes)
 {
     rbti_hit hits[RBTI_BLOCK];
+    rbti_cascade facets[RBTI_BLOCK];
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK];
     double states[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;
     int met[RBTI_BLOCK];
@@ -117,6 +118,7 @@ static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts
     given.index = impacts->index + first;
     given.hit = impacts->hit + first;
     for (size_t r = 0; r < count; r++) {
+        hits[r].facets = &facets[r];
         met[r] = rbti_begin_row(impacts, first + r, seed, &hits[r]);
         alpha1[r] = met[r] == RBT_OK ? hits[r].met.alpha1 : RBTI_HALF_PI;
         speed[r] = met[r] == RBT_OK ? hits[r].met.speed : 1.0;
@@ -162,10 +164,9 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, size_t n, const rbt_i
         else
 #endif
             codes[0] = rbti_rebound_row(table, of, first, seed, rebounds);
-        for (size_t r = 0; r < count; r++) {
-            rbti_count(&tally, codes[r]);
+        for (size_t r = 0; r < count; r++)
             rbti_report(codes[r], first + r, rebounds);
-        }
+        rbti_count(&tally, codes, count);
     }
     return rbti_result(&tally);
 }

@@ -117,12 +117,12 @@ RBTI_INLINE RBT_DEVICE int rbti_find_tilt(const rbti_cascade *c, int across, dou
     return found;
 }
 
-/* Normal of the facet that the particle meets next, of any length but zero. */
+/* Impact on the facet that the particle meets next. */
 RBTI_ONCE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, uint64_t index,
-                                           uint32_t hit, double facet[3])
+                                         uint32_t hit, rbti_impact *met)
 {
     const double speed = sqrt(rbti_dot(c->moving, c->moving));
-    double tangential, tilt = 0.0, across = 0.0, e_x[3], e_z[3];
+    double tangential, tilt = 0.0, across = 0.0, e_x[3], e_z[3], facet[3];
     double alpha1 = rbti_impact_angle(c->moving, c->e_y, &tangential);
     alpha1 = alpha1 > 0.0 ? alpha1 : 0.0;
     if (!rbti_find_tilt(c, 0, alpha1, seed, index, hit, &tilt) ||
@@ -134,7 +134,7 @@ RBTI_ONCE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, u
         rbti_cross(e_x, c->e_y, e_z);
         rbti_combine(cos(across), facet, cos(tilt) * sin(across), e_z, facet);
     }
-    return RBT_OK;
+    return rbti_meet(c->moving, facet, c->half_size, NULL, seed, index, hit, met);
 }
 
 /* Whether the particle leaves the mean wall. */
@@ -162,11 +162,9 @@ RBTI_APART RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c
     int flags = RBT_OK;
     for (uint32_t bounce = 1; bounce < RBTI_MAX_BOUNCES; bounce++) {
         const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
-        double facet[3], spin[3], state[RBT_VALUES];
+        double spin[3], state[RBT_VALUES];
         rbti_impact met;
-        int code = rbti_meet_facet(c, key, index, hit, facet);
-        if (code == RBT_OK)
-            code = rbti_meet(c->moving, facet, c->half_size, NULL, key, index, hit, &met);
+        int code = rbti_meet_facet(c, key, index, hit, &met);
         if (code == RBT_OK)
             code = rbti_to_spin(&met, c->turning, spin);
         if (code == RBT_OK)

@@ -8,12 +8,22 @@ typedef struct rbti_tally {
     int error, flags;
 } rbti_tally;
 
-RBTI_INLINE RBT_DEVICE void rbti_count(rbti_tally *tally, int code)
+/* Count the codes of a block, most of which are 0. */
+RBTI_INLINE RBT_DEVICE void rbti_count(rbti_tally *tally, const int *codes, size_t count)
 {
-    if (code >= RBT_OK)
-        tally->flags |= code;
-    else if (tally->error == RBT_OK)
-        tally->error = code;
+    int all = 0;
+    for (size_t r = 0; r < count; r++)
+        all |= codes[r]; /* negative if one is */
+    if (all >= RBT_OK) {
+        tally->flags |= all;
+        return;
+    }
+    for (size_t r = 0; r < count; r++) {
+        if (codes[r] >= RBT_OK)
+            tally->flags |= codes[r];
+        else if (tally->error == RBT_OK)
+            tally->error = codes[r];
+    }
 }
 
 RBTI_INLINE RBT_DEVICE int rbti_result(const rbti_tally *tally)
@@ -105,21 +115,21 @@ RBT_API RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n, const rbt_co
     rbti_tally tally = {RBT_OK, RBT_OK};
     for (size_t first = 0, count = 0; first < n; first += count) {
         double values[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;
-        int found[RBTI_BLOCK];
+        int block[RBTI_BLOCK];
         count = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
+        const int whole = codes && count == RBTI_BLOCK; /* a block writes all of its codes */
+        int *found = whole ? codes + first : block;
         if (plain)
             rbti_draw_rows(table, given, first, count, seed, 6, states ? states + 6 * first : NULL,
                            found);
         else
             rbti_draw_rows(table, given, first, count, seed, RBT_VALUES, values, found);
-        for (size_t r = 0; r < count; r++) {
-            if (!plain)
-                rbti_put(table, values + RBT_VALUES * r,
-                         states + (size_t)table->n_columns * (first + r));
-            if (codes)
-                codes[first + r] = found[r];
-            rbti_count(&tally, found[r]);
-        }
+        for (size_t r = 0; r < count && !plain; r++)
+            rbti_put(table, values + RBT_VALUES * r,
+                     states + (size_t)table->n_columns * (first + r));
+        if (codes && !whole)
+            memcpy(codes + first, block, count * sizeof *block);
+        rbti_count(&tally, found, count);
     }
     return rbti_result(&tally);
 }

@@ -16,8 +16,8 @@
                                  outcomes are
 
    Steps 3 to 6 are in single precision. Coefficients of a leaf or an expert that are multiplied by the
-   features of a draw lie side by side in the table, and are taken draw by draw. The compiler knows O:
-   it is written where a law is drawn from, and laws of 8 outcomes pay for them alone. */
+   features of a draw lie side by side in the table, and are taken draw by draw. The compiler knows O
+   where it matters, in single draws and in the factors. */
 
 /* Rows of the inputs of a draw: the conditions, the squared spin, which trees compare too, the ratios. */
 #define RBTI_SQUARE RBTI_CONDITIONS
@@ -61,11 +61,17 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
     return rbti_flags(table, alpha1, speed) | (off | fast) * RBT_SPIN;
 }
 
-#ifdef RBTI_BLOCKS
-RBTI_INLINE RBT_DEVICE int rbti_spin_is_bad(double alpha1, double speed, double x, double y, double z)
+/* Whether the energy of an impact is a number. */
+RBTI_INLINE RBT_DEVICE int rbti_has_energy(double speed, double x, double y, double z)
 {
-    return rbti_is_bad(alpha1, speed) |
-           (1 - rbti_finite(speed * rbti_spin_factor(x, y, z)));
+    const double effective = speed * rbti_spin_factor(x, y, z);
+    return rbti_finite(effective * effective);
+}
+
+#ifdef RBTI_BLOCKS
+RBTI_INLINE int rbti_spin_is_bad(double alpha1, double speed, double x, double y, double z)
+{
+    return rbti_is_bad(alpha1, speed) | (1 - rbti_has_energy(speed, x, y, z));
 }
 #endif
 
@@ -77,7 +83,7 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_error(const rbt_table *table, double alpha1
         return error;
     if (table->spin.n_shapes == 0)
         return RBT_ERR_NO_SPIN_LAW;
-    if (!rbti_finite(speed * rbti_spin_factor(x, y, z)))
+    if (!rbti_has_energy(speed, x, y, z))
         return RBT_ERR_NOT_FINITE;
     return !grain || rbti_grain_holds(&table->spin, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
 }

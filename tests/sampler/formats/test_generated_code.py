@@ -1,5 +1,7 @@
 """C header and Fortran module hold the constants of the one description."""
 
+import runpy
+
 import pytest
 
 from sampler.errors import CODES, Code, InputError
@@ -17,6 +19,14 @@ def text_of(name):
 @pytest.mark.parametrize("name", PARTS)
 def test_is_up_to_date(name):
     assert generated(name, text_of(name)) == text_of(name), f"{name} is out of date: {COMMAND}"
+
+
+def test_the_header_is_put_together_from_its_sections():
+    build = runpy.run_path(str(include_directory() / "build.py"))
+    command = "python sampler/c/build.py"
+    assert text_of("rebound_sampler.h") == build["header"](), f"it is out of date: {command}"
+    longest = max(len(text_of(f"src/{name}.h").splitlines()) for name in build["SECTIONS"])
+    assert longest <= 500
 
 
 def test_a_new_code_would_be_missed(monkeypatch):

@@ -10,7 +10,7 @@ from spin_laws import WRONG, DirectTable
 from tiny_tables import ROUGH, TINY
 
 import sampler
-from sampler.formats.layout import ACCURACY, INERTIA_DATASETS, SPIN_DATASETS
+from sampler.formats.layout import ACCURACY, SPIN_DATASETS
 from sampler.table import Table
 from tablegen.accuracy.comparison import compare
 from tablegen.accuracy.conditions import Place
@@ -245,7 +245,7 @@ class TestSpinLaw:
             (None, {"n_spin_conditions": 0, "n_joint": 0, "n_cells": 0, "n_chained": 0}),
         ):
             stored = spin_accuracy_datasets(found)
-            whole = (*SPIN_DATASETS, *INERTIA_DATASETS)
+            whole = SPIN_DATASETS
             layout = [d for d in whole if d.path.startswith(ACCURACY)]
             assert set(stored) == {d.path for d in layout}
             for dataset in layout:

@@ -112,7 +112,7 @@ def _altered(path, whole):
 def _newer(path, whole):
     path.write_bytes(whole)
     with h5py.File(path, "r+") as file:
-        file.attrs["format_version"] = [2, 0]
+        file.attrs["format_version"] = [3, 0]
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def _newer(path, whole):
             "no HDF5 file",
         ),
         ("validate", _altered, "checksum"),
-        ("inspect", _newer, "needs a newer"),
+        ("inspect", _newer, "make the table again"),
         ("validate", lambda path, _: path.mkdir(), "a folder or device, allowed: a regular file"),
         ("inspect", lambda *_: None, "a file that exists"),
     ],

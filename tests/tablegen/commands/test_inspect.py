@@ -18,8 +18,8 @@ def test_describes_the_table(run, tiny):
     ended, table = run("inspect", tiny.path), sampler.load(tiny.path)
     assert (ended.status, ended.err) == (DONE, "")
     for words in (
-        "35 to 45 degrees, 2 nodes",
-        "60 to 300 m/s, 2 nodes",
+        "covers            35 to 45 deg, 60 to 300 m/s; laws measured at 50 to 300 m/s",
+        "2 angles, 2 speeds",
         "angular velocity  mean over free tumbling",
         table.contents.content_sha256,
         f"AUC {table.accuracy['auc'].max():.3f}",

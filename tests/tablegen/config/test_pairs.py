@@ -168,7 +168,7 @@ class TestSpeed:
         table = sampler.load(tmp_path / "t.h5", outside="raise")
         assert table.sample(0.7, [1.0, 1000.0], seed=1, index=range(2)).shape == (2, 6)
         assert identity(table.contents)["speed_independent"] is True
-        assert "60 to 300 m/s, 2 nodes, the same at any speed" in identity_text(table.contents)
+        assert "35 to 45 deg, any speed" in identity_text(table.contents)
         domain = {"speed": [1.0, 900.0], "components": ["u", "v"]}
         part = pruned(contents, config.with_changes({"domain": domain, "table": {}}))
         assert part.speed_independent

@@ -44,7 +44,7 @@ def test_the_spheres_have_the_grains_mean_moment_of_inertia():
     b, c = 0.8, 0.72
     inertia = np.mean([(1.0 + b * b) / 5.0, (1.0 + c * c) / 5.0, (b * b + c * c) / 5.0])
     radius = np.array([[1.0], [np.sqrt(inertia / 0.4)]])
-    keys = {"spin": radius * conditions[:, 2:], "seed": 1, "index": np.arange(2)}
+    keys = {"spin": radius * conditions[:, 2:], "seed": 1, "index": np.arange(2), "hit": 0}
     expected = Table(sphere_contents(ROUND)).sample(0.6, 100.0, **keys)
     expected[:, 3:] /= radius
     np.testing.assert_allclose(states, expected, atol=1e-9)

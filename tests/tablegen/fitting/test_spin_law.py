@@ -8,7 +8,7 @@ from mesh_fixtures import box
 from tiny_tables import ROUGH
 
 from sampler.formats.channels import STATE, WORKS
-from sampler.formats.layout import INERTIA_DATASETS, SPIN_DATASETS
+from sampler.formats.layout import SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
 from tablegen.checkpoints import TaskRunner
 from tablegen.config.mesh import MeshFile
@@ -35,7 +35,7 @@ def test_does_not_depend_on_the_workers():
 
     config = SPINNING.with_changes({"table": {"spin_leaves": 2}})
     one, two = made(config), made(config, threads=3)
-    layout = (*SPIN_DATASETS, *INERTIA_DATASETS)
+    layout = SPIN_DATASETS
     assert one.keys() == {dataset.path for dataset in layout} == two.keys()
     for path, values in one.items():
         np.testing.assert_array_equal(values, two[path])
@@ -65,7 +65,7 @@ def configuration(kind):
 def test_any_population_and_domain_has_a_law(kind, tmp_path):
     table = generate(configuration(kind), tmp_path / "t.h5", conditions=0).table
     spin = np.random.default_rng(7).normal(0.0, 0.5, (500, 3))
-    states = table.sample(np.radians(40.0), 100.0, spin=spin, seed=1, index=np.arange(500))
+    states = table.sample(np.radians(40.0), 100.0, spin=spin, seed=1, index=np.arange(500), hit=0)
     assert np.isfinite(states).all()
     assert (states[:, 1] > 0.0).all()
 

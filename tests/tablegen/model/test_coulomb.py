@@ -181,7 +181,7 @@ def test_lanes_have_the_bits_of_single_particles_and_pass_the_audit(alpha_deg):
 def test_rebounds_end_where_the_pull_of_the_wall_is_near_the_friction(alpha_deg, spin):
     # of the second condition some 6 did not, and particle 11659 of the first
     config = CONFIG.with_changes({"pair": {"resistance": COULOMB_1}})
-    keys = {"seed": 5, "index": np.arange(9700, 11700), "threads": 1}
+    keys = {"seed": 5, "index": np.arange(9700, 11700), "hit": 0, "threads": 1}
     made = DirectModel(config).sample(math.radians(alpha_deg), 200.0, spin=spin, **keys)
     assert (made[:, 1] > 0.0).all()
 

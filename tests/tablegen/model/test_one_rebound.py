@@ -8,7 +8,7 @@ from motion_fixtures import CONFIG
 from numba.core.errors import TypingError
 
 import tablegen
-from sampler.errors import HALF_SIZE_NOT_POSITIVE, NOT_APPROACHING, NOT_FINITE, OK
+from sampler.errors import HALF_SIZE, NOT_APPROACHING, NOT_FINITE, OK
 from tablegen.model.impacts import OUT_OF_BOUNDS, TURNS_TOO_OFTEN
 from tablegen.model.orientation import ORIENTATION_NOT_USABLE
 from tablegen.model.random_particles import GRAIN_NOT_USABLE
@@ -89,7 +89,8 @@ def rebound(**changes):
     ("changes", "code"),
     [
         ({"velocity": (1.0, 2.0, 0.0)}, NOT_APPROACHING),
-        ({"half_size": 0.0}, HALF_SIZE_NOT_POSITIVE),
+        ({"half_size": 0.99e-9}, HALF_SIZE),
+        ({"half_size": 0.101}, HALF_SIZE),
         ({"omega": (0.0, np.nan, 0.0)}, NOT_FINITE),
         ({"omega": (0.0, 0.0, 1e14)}, TURNS_TOO_OFTEN),
         ({"velocity": (0.0, -1e-9, 0.0)}, OUT_OF_BOUNDS),

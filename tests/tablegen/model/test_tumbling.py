@@ -112,7 +112,7 @@ class TestTumble:
             (0, np.zeros(4), "orientation: got 0, 0, 0, 0 at index 0, allowed: a quaternion of f"),
             (1, (0.0, np.nan, 0.0), "omega: got 0, nan, 0 at row 0 (particle 0), allowed: fini"),
             (2, (1.0, 0.8, 2.0), "grain: got 1, 0.8, 2 at index 0, allowed: the code of a shape"),
-            (3, -1.0, "half_size: got -1 "),
+            (3, -1.0, "half_size: got -1, "),
             (
                 4,
                 (0.0, 1.1),
@@ -184,10 +184,10 @@ def energies(model, paths, seed, keeps=True):
     for hit in range(6):
         keys = {"omega": omega, "seed": seed, "index": index, "hit": hit}
         keys["orientation"] = turned if keeps else None
-        velocity, omega, turned = model.rebound(velocity, (FLOOR, ROOF)[hit % 2], 1.0, **keys)
+        velocity, omega, turned = model.rebound(velocity, (FLOOR, ROOF)[hit % 2], SIZE, **keys)
         found.append((velocity**2).sum(axis=1))
-        time = rng.uniform(*paths, len(index)) / np.sqrt(found[-1])
-        turned, omega = model.tumble(turned, omega, grains, 1.0, time)
+        time = SIZE * rng.uniform(*paths, len(index)) / np.sqrt(found[-1])
+        turned, omega = model.tumble(turned, omega, grains, SIZE, time)
     return np.array(found)
 
 

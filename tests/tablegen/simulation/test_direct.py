@@ -56,7 +56,7 @@ class TestAgainstSimulate:
     def test_own_grains_at_the_first_hit(self, alpha_deg, spin):
         alpha, index = np.radians(alpha_deg), np.arange(300)
         made = tablegen.simulate(CONFIG, alpha, 170.0, 300, seed=7, spin=spin)
-        found = MODEL.sample(alpha, 170.0, spin=spin, seed=7, index=index)
+        found = MODEL.sample(alpha, 170.0, spin=spin, seed=7, index=index, hit=0)
         np.testing.assert_array_equal(found, made.state)
 
     def test_fresh_and_given_grains_at_a_later_hit(self):
@@ -106,7 +106,7 @@ class TestKeys:
         one = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
         same = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
         np.testing.assert_array_equal(one, same)
-        many = MODEL.sample(0.5, 100.0, spin=np.zeros((4, 1, 3)), seed=1, index=[1, 2])
+        many = MODEL.sample(0.5, 100.0, spin=np.zeros((4, 1, 3)), seed=1, index=[[1, 2]], hit=0)
         assert (one.shape, many.shape) == ((2, 3, 6), (4, 2, 6))
         assert MODEL.sample([], 100.0, seed=1, index=3).shape == (0, 6)
 
@@ -210,17 +210,18 @@ class TestExtremes:
         assert audit[PENETRATION] < 1e-9
         assert (energy.sum(axis=1) <= 1.0 + 1e-12).all()
         # and they are the rebounds of the model, which follows eight at a time
-        found = CROWDED.sample(alpha, speed, spin=spin, seed=3, index=range(1500))
+        found = CROWDED.sample(alpha, speed, spin=spin, seed=3, index=range(1500), hit=0)
         np.testing.assert_array_equal(found, state)
         together = np.empty((1500, 6))
         assert simulate_batch(*run, together, *arrays) == -1
         np.testing.assert_array_equal(axes, together)
 
 
-WALL = {"alpha1": 0.5, "speed": 100.0, "seed": 1, "index": [4, 5]}
+WALL = {"alpha1": 0.5, "speed": 100.0, "seed": 1, "index": [4, 5], "hit": 0}
 LAB = {"velocity": [1.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5} | {
     "seed": 1,
     "index": [4, 5],
+    "hit": 0,
 }
 CODES = "allowed: the code of a shape, and b/a and c/b, both 0.001 to 1, of a sphere 1"
 
@@ -307,19 +308,18 @@ def test_works_balance_the_energy_of_spinning_particles(resistance):
     c2, k = (b * cb) ** 2, np.where(code == 0, 0.2, 1.0 / 3.0)
     moments = k[:, None] * np.column_stack([b**2 + c2, 1.0 + c2, 1.0 + b**2])
     velocity = 100.0 * np.column_stack([rng.uniform(-1, 1, n), rng.uniform(-1, -0.1, n), 0.0 * b])
-    omega, q = rng.normal(0.0, 80.0, (n, 3)), rng.normal(size=(n, 4))
+    omega, q = rng.normal(0.0, 800.0, (n, 3)), rng.normal(size=(n, 4))
     q /= np.linalg.norm(q, axis=1)[:, None]
     given = {"omega": omega, "orientation": q, "grain": np.column_stack([code, b, cb])}
-    after = model.rebound(
-        velocity, [0.0, 1.0, 0.0], 1.0, seed=1, index=np.arange(n), works=works, **given
-    )
+    given |= {"seed": 1, "index": np.arange(n), "hit": 0}
+    after = model.rebound(velocity, [0.0, 1.0, 0.0], 0.1, works=works, **given)
 
     def energy(velocity, omega, q):
         own = Rotation.from_quat(q, scalar_first=True).inv().apply(omega)
-        return (velocity**2).sum(axis=1) + (moments * own**2).sum(axis=1)
+        return (velocity**2).sum(axis=1) + 0.01 * (moments * own**2).sum(axis=1)
 
-    before, speed = energy(velocity, omega, q), (velocity**2).sum(axis=1)
-    lost = before - energy(*after)
-    np.testing.assert_allclose(works.sum(axis=1) * speed, lost, rtol=0, atol=1e-12 * before.max())
+    before = energy(velocity, omega, q)
+    lost = 0.5 * (before - energy(*after))  # J/kg
+    np.testing.assert_allclose(works.sum(axis=1), lost, rtol=0, atol=1e-12 * before.max())
     assert (works >= 0.0).all()
-    assert (works.min(axis=0) < 0.1).all()
+    assert (works.min(axis=0) < 0.05 * (velocity**2).sum(axis=1).max()).all()

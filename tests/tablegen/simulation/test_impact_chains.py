@@ -56,7 +56,7 @@ class TestNextImpact:
         direction = np.einsum("nji,nj->ni", frames, towards)
         keys = {"orientation": turned, "grain": there.grain, "seed": 3, "index": INDEX, "hit": 1}
         velocity = there.speed[:, None] * direction
-        lab = MODEL.rebound(velocity, frames[:, 1], 1.0, omega=200.0 * omega, **keys)
+        lab = MODEL.rebound(velocity, frames[:, 1], 0.1, omega=2000.0 * omega, **keys)
         after = np.einsum("nij,nj->ni", frames, lab.velocity) / there.speed[:, None]
         # in a long chain of collisions rounding grows
         off = np.abs(after - depart(MODEL, there, 3).states[:, :3]).max(axis=1)

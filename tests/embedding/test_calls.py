@@ -1,0 +1,44 @@
+"""The two calls with records of any kind, by strict compilers and under sanitizers."""
+
+from pathlib import Path
+
+import pytest
+import toolchain
+from known_vectors import TABLES, VECTORS
+
+import sampler
+from sampler.formats.image import write_binary_table
+
+SOURCE = Path(__file__).resolve().with_name("fuzz_calls.c")
+IMAGES = [VECTORS / f"{name}.rbt" for name in TABLES]
+STRICT = ["-Wdouble-promotion", "-O1", "-DRBT_API=static"]
+
+
+@pytest.mark.parametrize(
+    ("compiler", "flags"),
+    [("gcc", []), ("clang", []), ("g++", ["-std=c++11"]), ("clang++", ["-std=c++11"])],
+)
+def test_strict_compilers_have_no_warning(compiler, flags, tmp_path):
+    program = toolchain.build(compiler, [SOURCE], tmp_path / "calls", [*STRICT, *flags])
+    drawn, refused = map(int, toolchain.run(program, 300, *IMAGES).split())
+    assert min(drawn, refused) > 1000
+
+
+def test_sanitizers_find_nothing_in_40000_records(tmp_path):
+    """And each row has a finite result, or NaN and the code of an error."""
+    flags = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    program = toolchain.build("gcc", [SOURCE], tmp_path / "calls", flags)
+    spheres = tmp_path / "spheres.rbt"
+    write_binary_table(spheres, sampler.load("kharaz-2001").contents)
+    toolchain.run(program, 40_000 // len(IMAGES), *IMAGES, spheres)
+
+
+def test_a_row_that_were_not_written_would_be_found(tmp_path):
+    header = toolchain.INCLUDE / "rebound_sampler.h"
+    text, line = header.read_text(encoding="utf-8"), "code < RBT_OK ? nan : velocity[c]"
+    assert text.count(line) == 1
+    (tmp_path / "rebound_sampler.h").write_text(text.replace(line, "velocity[c]"))
+    flags = [f"-I{tmp_path}", "-O1", "-w"]  # before the folder of the header
+    (tmp_path / "calls.c").write_text(SOURCE.read_text(encoding="utf-8"))
+    program = toolchain.build("gcc", [tmp_path / "calls.c"], tmp_path / "calls", flags)
+    assert "not what its code says" in toolchain.run(program, 2000, *IMAGES, status=1)
