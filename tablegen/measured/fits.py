@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from time import process_time
-from typing import Any
 
 import numpy as np
 
@@ -97,8 +96,7 @@ class Fitter:
             found = polished(
                 numbers, lambda x: misses(x, _REPORT * count, last), found, _LAST_STEPS
             )
-        penalty, rows = Penalty(numbers), np.array(self.targets.rows)
-        samples = bootstrapped(numbers, found, rows, self.seed)
+        samples = bootstrapped(numbers, found, self.targets.rows, self.seed)
         config = fitted_config(start, numbers.changes(found.x), name, self.data, speeds)
         report = self.seed ^ _REPORT_SEED
         simulated = self._moments(config, speeds, _REPORT * count, report)
@@ -108,8 +106,7 @@ class Fitter:
             labels=numbers.labels,
             values=numbers.numbers(found.x),
             errors=np.std([numbers.numbers(x) for x in samples], axis=0),
-            determined=penalty.determined(found),
-            roughness=float(np.sqrt(np.mean(penalty.at(found.x) ** 2))),
+            determined=Penalty(numbers).determined(found),
             numbers=tuple(self._compared(simulated)),
             cpu_seconds=process_time() - begun,
         )
@@ -124,31 +121,21 @@ class Fitter:
 
     def _compared(self, simulated: SimulatedMoments) -> Iterator[ComparedNumber]:
         """Put measured means and spreads beside simulated ones."""
-        data, targets = self.data, self.targets
-        for row, name, tolerance in zip(
-            targets.rows, targets.quantities, targets.tolerance, strict=True
+        targets, data = self.targets, self.data.moments
+        for row, name, allowed in zip(
+            targets.rows, targets.quantities, targets.tolerance.tolist(), strict=True
         ):
-            means = data.moments[name].mean, simulated.mean[name], simulated.mean_error[name]
-            yield ComparedNumber(
-                **self._place(row), column=name, **_numbers(row, *means), tolerance=float(tolerance)
-            )
-        for row, alpha in enumerate(data.alpha_deg):
-            for name, moments in data.moments.items():
+            parts = data[name].mean, simulated.mean[name], simulated.mean_error[name]
+            measured, value, chance = (float(x[row]) for x in parts)
+            yield ComparedNumber(*self._place(row), name, measured, value, chance, allowed)
+        for name, moments in data.items():
+            for row, alpha in enumerate(self.data.alpha_deg):
                 if np.isfinite(moments.std[row]) and _has(name, alpha):
-                    spreads = moments.std, simulated.std[name], simulated.std_error[name]
-                    column = name + SPREAD
-                    yield ComparedNumber(
-                        **self._place(row), column=column, **_numbers(row, *spreads)
-                    )
+                    parts = moments.std, simulated.std[name], simulated.std_error[name]
+                    measured, value, chance = (float(x[row]) for x in parts)
+                    yield ComparedNumber(*self._place(row), name + SPREAD, measured, value, chance)
 
-    def _place(self, row: int) -> dict[str, Any]:
-        stated = float(self.data.speed[row])
-        speed = stated if np.isfinite(stated) else None
-        return {"row": row, "alpha_deg": float(self.data.alpha_deg[row]), "speed": speed}
-
-
-def _numbers(
-    row: int, measured: FloatArray, simulated: FloatArray, chance: FloatArray
-) -> dict[str, Any]:
-    numbers = {"measured": measured, "simulated": simulated, "chance": chance}
-    return {name: float(values[row]) for name, values in numbers.items()}
+    def _place(self, row: int) -> tuple[int, float, float | None]:
+        """Give row, angle and speed of a number."""
+        speed = float(self.data.speed[row])
+        return row, float(self.data.alpha_deg[row]), speed if np.isfinite(speed) else None

@@ -10,6 +10,7 @@ from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.special import comb
 
 from sampler.errors import InputError
@@ -212,12 +213,8 @@ class FreeNumbers:
 
         Laws that are no tables have none of the former.
         """
-        blocks, size = [field.rough for field in self._fields], self.start.size
-        found, row, column = np.zeros((sum(len(b) for b in blocks), size)), 0, 0
-        for block in blocks:
-            found[row : row + len(block), column : column + block.shape[1]] = block
-            row, column = row + len(block), column + block.shape[1]
-        return np.vstack([found, _START * np.eye(size)]) / _SIZE
+        found = block_diag(*(field.rough for field in self._fields))
+        return np.vstack([found, _START * np.eye(self.start.size)]) / _SIZE
 
     def numbers(self, x: FloatArray) -> FloatArray:
         """Compute the numbers (p,) of a file from coordinates (p,)."""

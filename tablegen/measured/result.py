@@ -1,6 +1,5 @@
 """Result of a calibration, as records."""
 
-from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -52,14 +51,12 @@ class Fit:
     #: Name of the grains.
     grains: str
     config: Config
-    #: Names of the k fitted numbers, the numbers, and their standard errors, NaN if not computed.
+    #: Names of the k fitted numbers, the numbers, and their standard errors.
     labels: tuple[str, ...]
     values: FloatArray
     errors: FloatArray
     #: How far the data determine each number, 0 to 1, and not smoothness, (k,).
     determined: FloatArray
-    #: Roughness of the laws: root mean square of the differences that the fit makes small.
-    roughness: float
     #: Means and spreads, simulated with random numbers of their own.
     numbers: tuple[ComparedNumber, ...]
     cpu_seconds: float
@@ -87,6 +84,21 @@ class Fit:
         ratios = np.array([one.simulated / one.measured for one in self.spreads])
         return float(np.sqrt(np.mean(np.log(ratios) ** 2))) if ratios.size else float("nan")
 
+    def to_dict(self) -> dict[str, object]:
+        """Give everything as plain data for JSON; None: no spreads."""
+        names = ("name", "value", "standard_error", "determined")
+        columns = (part.tolist() for part in (self.values, self.errors, self.determined))
+        numbers = zip(self.labels, *columns, strict=True)
+        return {
+            "grains": self.grains,
+            "holds": self.holds,
+            "worst_miss": self.means[0].miss,
+            "spread_distance": self.spread_distance if self.spreads else None,
+            "cpu_seconds": self.cpu_seconds,
+            "parameters": [dict(zip(names, one, strict=True)) for one in numbers],
+            "numbers": [asdict(one) | {"residual": one.residual} for one in self.numbers],
+        }
+
 
 @dataclass(frozen=True)
 class Calibration:
@@ -109,36 +121,7 @@ class Calibration:
         return not self.chosen.holds
 
     def to_dict(self) -> dict[str, object]:
-        """Give everything as plain data for JSON; None: unknown."""
-        fits = [
-            {
-                "grains": fit.grains,
-                "holds": fit.holds,
-                "worst_miss": fit.means[0].miss,
-                "spread_distance": _plain([fit.spread_distance])[0],
-                "roughness": fit.roughness,
-                "cpu_seconds": fit.cpu_seconds,
-                "parameters": _parameters(fit),
-                "numbers": [asdict(one) | {"residual": one.residual} for one in fit.numbers],
-            }
-            for fit in self.fits
-        ]
-        return {
-            "pair": self.config.name,
-            "grains": self.chosen.grains,
-            "missed": self.missed,
-            "advice": self.advice,
-            "fits": fits,
-            "config": self.config.text,
-        }
-
-
-def _parameters(fit: Fit) -> Sequence[dict[str, object]]:
-    names = ("name", "value", "standard_error", "determined")
-    columns = (_plain(fit.values), _plain(fit.errors), _plain(fit.determined))
-    return [dict(zip(names, one, strict=True)) for one in zip(fit.labels, *columns, strict=True)]
-
-
-def _plain(values: Iterable[float]) -> list[float | None]:
-    """Make plain numbers; None if not finite."""
-    return [float(value) if np.isfinite(value) else None for value in values]
+        """Give everything as plain data for JSON."""
+        chosen = {"grains": self.chosen.grains, "missed": self.missed, "advice": self.advice}
+        fits = [fit.to_dict() for fit in self.fits]
+        return {"pair": self.config.name, **chosen, "fits": fits, "config": self.config.text}

@@ -5,7 +5,7 @@ held, and stops there (discrepancy principle). Source: P. C. Hansen, Rank-Defici
 Ill-Posed Problems (1998), ch. 7.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -159,7 +159,7 @@ def polished(numbers: FreeNumbers, misses: Misses, solution: Solution, steps: in
 
 
 def bootstrapped(
-    numbers: FreeNumbers, solution: Solution, rows: FloatArray, seed: int
+    numbers: FreeNumbers, solution: Solution, rows: Sequence[int], seed: int
 ) -> FloatArray:
     """Draw coordinates (samples, p) of refits to rows drawn with replacement.
 
