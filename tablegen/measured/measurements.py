@@ -13,7 +13,7 @@ the wall:
 - omega_z: spin about z times a / V, negative for a particle that rolls forward.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -94,20 +94,6 @@ class Measurements:
     remarks: tuple[str, ...]
     #: Lines ``# key: value`` at the top of the file, such as title, particle and wall.
     about: Mapping[str, str]
-
-    def rows(self, rows: Sequence[int]) -> "Measurements":
-        """Select some rows."""
-        at = np.asarray(rows, dtype=np.int64)
-        return Measurements(
-            name=self.name,
-            alpha_deg=self.alpha_deg[at],
-            speed=self.speed[at],
-            moments={name: Moments(m.mean[at], m.std[at]) for name, m in self.moments.items()},
-            count=self.count[at],
-            source=tuple(self.source[k] for k in at),
-            remarks=tuple(self.remarks[k] for k in at),
-            about=self.about,
-        )
 
 
 def impact_speeds(

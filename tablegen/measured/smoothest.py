@@ -99,10 +99,9 @@ def slopes_at(numbers: FreeNumbers, misses: Misses, x: FloatArray, here: FloatAr
     return np.array(columns).T
 
 
-def smoothest(numbers: FreeNumbers, misses: Misses, start: FloatArray | None = None) -> Solution:
+def smoothest(numbers: FreeNumbers, misses: Misses) -> Solution:
     """Find the smoothest laws that hold all means, or those that come nearest."""
-    penalty = Penalty(numbers)
-    x = penalty.clipped(numbers.start if start is None else start)
+    penalty, x = Penalty(numbers), numbers.start
     here = misses(x)
     best = Solution(x, here, slopes_at(numbers, misses, x, here), _WEIGHTS[0])
     waited, now = 0, best

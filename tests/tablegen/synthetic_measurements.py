@@ -1,5 +1,7 @@
 """Measurements made by direct simulation of a known pair."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from tablegen import load_config
@@ -20,6 +22,15 @@ def small_pair(value=0.5, friction=0.4, **changes):
     tree = {"name": "small", "spin": False, "pair": laws, "population": population}
     tree["domain"] = {"extrapolate": True}
     return load_config("corundum-steel").with_changes(tree | changes)
+
+
+def some_rows(data, rows):
+    """Some rows of measurements, any of them several times."""
+    at = np.asarray(rows)
+    arrays = {field: getattr(data, field)[at] for field in ("alpha_deg", "speed", "count")}
+    texts = {field: tuple(getattr(data, field)[k] for k in at) for field in ("source", "remarks")}
+    moments = {name: Moments(m.mean[at], m.std[at]) for name, m in data.moments.items()}
+    return replace(data, moments=moments, **arrays, **texts)
 
 
 def measured_from(config, alpha_deg, count, seed, spreads=True):

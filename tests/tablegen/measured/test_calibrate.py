@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic_measurements import SOURCE, measured_from, small_pair
+from synthetic_measurements import SOURCE, measured_from, small_pair, some_rows
 
 from sampler.errors import InputError
 from sampler.files import json_text
@@ -77,7 +77,9 @@ def test_several_speeds_have_a_table_of_restitution(measured):
         n: Moments(*(np.append(a, b) for a, b in zip(m, fast[n], strict=True)))
         for n, m in slow.moments.items()
     }
-    data = replace(slow.rows([0, 1, 2, 3] * 2), speed=np.repeat([50.0, 150.0], 4), moments=both)
+    data = replace(
+        some_rows(slow, [0, 1, 2, 3] * 2), speed=np.repeat([50.0, 150.0], 4), moments=both
+    )
     made = calibrate(data, grains="well-rounded")
     assert not made.missed
     law = made.config.pair.restitution
@@ -117,7 +119,7 @@ def with_mean(data, name, means):
 
 
 def test_angles_from_the_normal_and_rows_that_no_grains_hold(measured):
-    rows = measured.rows([0, 1, 2])
+    rows = some_rows(measured, [0, 1, 2])
     turned = calibrate(with_mean(rows, "e_n", (0.3, 0.45, 0.6)), grains="subrounded")
     assert "if angles are from the normal, give 90 - angle" in turned.advice
     made = calibrate(with_mean(rows, "e_t", (0.9, 0.1, 0.9)), grains="subrounded")
@@ -142,7 +144,7 @@ def test_refusals(measured, changes, said):
 
 def test_rows_that_cannot_be_fitted(measured):
     with pytest.raises(InputError, match=r"^synthetic: got 401 rows to fit, allowed: up to 400"):
-        calibrate(measured.rows([0] * 401))
+        calibrate(some_rows(measured, [0] * 401))
     data = replace(measured, speed=np.full(4, np.nan))
     with pytest.raises(InputError, match=r"^speed: missing for 4 of 4 rows"):
         calibrate(data, start=load_config("corundum-steel"))
