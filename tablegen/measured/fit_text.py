@@ -45,14 +45,15 @@ def _of_spreads(fit: Fit) -> str:
 
 def _table(made: Calibration) -> Iterator[str]:
     """Write one row for each population."""
-    rows = []
+    rows, reasons = [], ["", *(_why(made, fit) for fit in made.fits)]
     for fit in made.fits:
         distance = fit.spread_distance
         ratio = [one.simulated / one.measured for one in fit.spreads]
         spread = "-" if math.isnan(distance) else f"{math.exp(np.mean(np.log(ratio))):.2f}"
-        rows.append((fit.grains, f"{fit.means[0].miss:.2f}", spread, _why(made, fit)))
-    head = ("grains", "worst mean / tolerance", "simulated / measured spread", "")
-    yield from table_lines(head, rows)
+        rows.append((fit.grains, f"{fit.means[0].miss:.2f}", spread))
+    head = ("grains", "worst mean / tolerance", "simulated / measured spread")
+    for line, reason in zip(table_lines(head, rows), reasons, strict=True):
+        yield f"{line}  {reason}".rstrip()
 
 
 def _why(made: Calibration, fit: Fit) -> str:
