@@ -37,7 +37,8 @@ _RESISTANCE, _REVERSAL, _RESTITUTION = 0.6, 0.2, 0.6
 _ANY_SPEED, _NONE = 100.0, "none: numbers to start a fit from"
 
 #: Limits that replace those of the preset at later hits: what three numbers of rotation can tell.
-#: Ellipsoids alone keep more of their history: see EXPERIMENTS.md.
+#: Ellipsoids alone keep more of their history. What was measured of it, and what is a guess, is in
+#: EXPERIMENTS.md.
 _LATER = {"chain_ks": 0.035, "chain_energy": 0.08, "chain_spin": 0.08}
 _LATER_ROUND = {"sliced_wasserstein": 0.06, "cell_ks": 0.1, "cell_energy": 0.12}
 _LATER_ROUND |= {"chain_ks": 0.1, "chain_energy": 0.12, "chain_spin": 0.15}
