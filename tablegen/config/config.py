@@ -26,6 +26,7 @@ from tablegen.config.field_types import (
     Record,
     SpeedRange,
 )
+from tablegen.config.grains import GRAINS, named_population
 from tablegen.config.mesh import read_mesh
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
@@ -206,7 +207,7 @@ class Config(Record):
         mesh files are relative to the working folder.
         """
         origin = f"{self.name}, changed"
-        changes = _with_meshes(changes, origin, Path())
+        changes = _written_out(changes, origin, Path())
         return _checked(merged(tomllib.loads(self.text), changes), origin)
 
 
@@ -228,6 +229,30 @@ def load_config(name_or_path: str | Path) -> Config:
     return parse_config(read_text(path), path.name, path.parent)
 
 
+def load_population(name_or_path: str | Path) -> Tree:
+    """Read ``[population]`` of a file or a shipped pair, or write out one of `GRAINS`.
+
+    Errors are those of `load_config`. The file needs no other section.
+    """
+    if str(name_or_path) in GRAINS:
+        return named_population(str(name_or_path))
+    try:
+        path = find_config(name_or_path)
+    except InputError as error:
+        names = f"{', '.join(GRAINS)}, a shipped pair, or the path of a .toml file"
+        raise InputError(f"grains: got {shown(str(name_or_path))}, allowed: {names}") from error
+    tree = _written_out(parse_toml(read_text(path), path.name), path.name, path.parent)
+    if isinstance(tree.get("pair"), str):
+        return load_config(path).population.model_dump(
+            mode="json", by_alias=True, exclude_none=True
+        )
+    try:
+        population = Population.from_tree(tree.get("population", {}))
+    except ValidationError as error:
+        raise InputError(f"{path.name}: population.{complaint(error, Population)}") from error
+    return population.model_dump(mode="json", by_alias=True, exclude_none=True)
+
+
 def parse_config(text: str, origin: str, directory: Path | None = None) -> Config:
     """Read a configuration from the TOML text of a pair file or a scene, as `load_config`.
 
@@ -236,7 +261,7 @@ def parse_config(text: str, origin: str, directory: Path | None = None) -> Confi
     """
     directory = directory or Path()
     tree = parse_toml(text, origin)
-    data = _with_meshes(tree, origin, directory)
+    data = _written_out(tree, origin, directory)
     if not isinstance(data.get("pair"), str):
         return _checked(data, origin, text if data == tree else None)
     reference = data.pop("pair")
@@ -267,7 +292,7 @@ def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | 
     The laws of a pair file count as changes. Errors are those of `load_config`.
     """
     path = find_config(name_or_path)
-    tree = _with_meshes(parse_toml(read_text(path), path.name), path.name, path.parent)
+    tree = _written_out(parse_toml(read_text(path), path.name), path.name, path.parent)
     named = tree.pop("pair") if isinstance(tree.get("pair"), str) else None
     tree.pop("name", None)
     return _checked(merged(tomllib.loads(config.text), tree), path.name), named
@@ -297,9 +322,11 @@ def _pair_of_scene(reference: str, origin: str, directory: Path) -> Config:
     return parse_config(text, path.name, path.parent)
 
 
-def _with_meshes(tree: Tree, origin: str, directory: Path) -> Tree:
-    """Add the vertices of every mesh file that a tree names."""
+def _written_out(tree: Tree, origin: str, directory: Path) -> Tree:
+    """Write out a named population, and the vertices of every mesh file that a tree names."""
     population = tree.get("population")
+    if isinstance(population, str):
+        return {**tree, "population": named_population(population, f"{origin}: population")}
     meshes = population.get("meshes") if isinstance(population, dict) else None
     if not isinstance(population, dict) or not isinstance(meshes, list | tuple):
         return dict(tree)

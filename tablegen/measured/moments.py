@@ -1,22 +1,22 @@
-"""Moments of the rebounds of each shape and of mixtures of shapes, with their chance errors.
+"""Means and spreads of the rebounds of a mixture of shapes, with their chance errors.
 
-Each shape of a mixture has the same number of particles, whatever its weight. So raw moments are
-exactly linear in the weights, and their chance errors are those of the shapes alone.
+Each shape of a mixture has the same number of particles, whatever its weight.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tablegen.accuracy.descriptive import scattering_angles
-from tablegen.measured.measurements import QUANTITIES, SPREAD
+from tablegen.measured.measurements import QUANTITIES
 from tablegen.model.float_array import FloatArray
 
 #: Columns of `variables_of` that hold u and v.
 _U, _V = 0, 1
+
+#: Variable of each quantity.
+_ORDER = [quantity.variable for quantity in QUANTITIES.values()]
 
 
 def variables_of(state: FloatArray) -> FloatArray:
@@ -27,32 +27,6 @@ def variables_of(state: FloatArray) -> FloatArray:
     """
     angles = np.degrees(scattering_angles(state))
     return np.column_stack((state[:, :2], *angles, state[:, 5]))
-
-
-class CentralMoments(NamedTuple):
-    """Means and central moments of variables of rebounds; arrays of shape (..., 5)."""
-
-    mean: FloatArray
-    #: Mean second, third and fourth powers of the deviations from the mean.
-    second: FloatArray
-    third: FloatArray
-    fourth: FloatArray
-    #: Shape (...). Covariance of u and v.
-    covariance: FloatArray
-
-
-def central_moments(variables: FloatArray) -> CentralMoments:
-    """Compute the moments of variables (m, 5) of m rebounds."""
-    mean = variables.mean(axis=0)
-    y = variables - mean
-    square = y * y
-    return CentralMoments(
-        mean=mean,
-        second=square.mean(axis=0),
-        third=(square * y).mean(axis=0),
-        fourth=(square * square).mean(axis=0),
-        covariance=(y[:, _U] * y[:, _V]).mean(),
-    )
 
 
 @dataclass(frozen=True)
@@ -68,101 +42,40 @@ class SimulatedMoments:
     mean_error: Mapping[str, FloatArray]
     std_error: Mapping[str, FloatArray]
 
-
-@dataclass(frozen=True)
-class Strata:
-    """Moments at n conditions of s shapes."""
-
-    #: Impact angles, degrees, (n,).
-    alpha_deg: FloatArray
-    #: Shares of the shapes in the population, of sum 1, (s,).
-    shares: FloatArray
-    #: Number of particles of each shape at each condition.
-    count: int
-    #: Arrays of shape (n, s, 5).
-    moments: CentralMoments
-
-    def mixed(self, shares: ArrayLike | None = None) -> SimulatedMoments:
-        """Compute the moments of a mixture with other shares (s,) of sum 1."""
-        given = np.asarray(self.shares if shares is None else shares, dtype=np.float64)
-        weight = given[None, :, None]
-        part = self.moments
-        mean = (weight * part.mean).sum(axis=1)
-        d = part.mean - mean[:, None, :]
-        variance = (weight * (part.second + d**2)).sum(axis=1)
-        mean_error = np.sqrt((weight**2 * part.second).sum(axis=1) / self.count)
-        # Variance of (x - mean)^2 in a stratum. The error of the mean does not contribute: at the
-        # mean the spread is least.
-        of_squares = part.fourth + 4 * d * part.third + 4 * d**2 * part.second - part.second**2
-        error2 = (weight**2 * np.maximum(of_squares, 0.0)).sum(axis=1) / self.count
-        std = np.sqrt(variance)
-        std_error = 0.5 * np.sqrt(error2) / np.where(std > 0.0, std, np.inf)
-        means, mean_errors = self._by_name(mean), self._by_name(mean_error)
-        means["rebound_angle_deg"] = np.degrees(np.arctan2(mean[:, _V], mean[:, _U]))
-        mean_errors["rebound_angle_deg"] = self._angle_error(given, mean)
-        return SimulatedMoments(means, self._by_name(std), mean_errors, self._by_name(std_error))
-
-    def _angle_error(self, shares: FloatArray, mean: FloatArray) -> FloatArray:
-        """Compute the chance error of the angle of the mean velocity [degrees], (n,)."""
-        u, v = mean[:, None, _U], mean[:, None, _V]
-        part = self.moments
-        across = u**2 * part.second[..., _V] + v**2 * part.second[..., _U]
-        across = np.maximum(across - 2.0 * u * v * part.covariance, 0.0)
-        total = np.sqrt((shares**2 * across).sum(axis=1) / self.count)
-        error: FloatArray = np.degrees(total / (u**2 + v**2)[:, 0])
-        return error
-
-    def _by_name(self, values: FloatArray) -> dict[str, FloatArray]:
-        """Scale values (n, 5) of the variables to those of the quantities."""
-        alpha = np.radians(self.alpha_deg)
-        cosine = np.where(self.alpha_deg < 90.0, np.cos(alpha), np.nan)
-        scale = {"e_n": 1.0 / np.sin(alpha), "e_t": 1.0 / cosine}
-        return {
-            name: scale.get(name, 1.0) * values[:, q.variable] for name, q in QUANTITIES.items()
-        }
+    @classmethod
+    def of_rows(cls, rows: Sequence[FloatArray]) -> "SimulatedMoments":
+        """Put together the `mixed_moments` of n rows."""
+        stacked = np.array(rows)
+        return cls(*(dict(zip(QUANTITIES, part.T, strict=True)) for part in stacked.swapaxes(0, 1)))
 
 
-def influences(
-    variables: Sequence[FloatArray], shares: FloatArray, alpha: float, columns: Sequence[str]
-) -> list[FloatArray]:
-    """Compute the influence functions of moments of a mixture of shapes.
+def mixed_moments(
+    parts: Sequence[FloatArray], shares: Sequence[float], alpha_deg: float
+) -> FloatArray:
+    """Compute mean, standard deviation and their chance errors of each of q quantities, (4, q).
 
-    To first order a moment errs by the mean of its influence function over the particles:
-    x - mean for a mean, and ((x - mean)^2 - variance) / (2 spread) for a spread. Source:
-    F. R. Hampel, J. Am. Stat. Assoc. 69 (1974) 383-393.
-
-    Takes `variables_of` particles of each shape, (q, 5), and names of k columns of measurements.
-    Gives (q, k) for each shape. The angle is in rad.
+    Takes the variables (m, 5) of the particles of each shape, and the shares of the shapes, of sum
+    1, at an impact angle in degrees.
     """
-    mean = sum(w * x.mean(axis=0) for w, x in zip(shares, variables, strict=True))
-    square = sum(w * ((x - mean) ** 2).mean(axis=0) for w, x in zip(shares, variables, strict=True))
-    scale = {"e_n": 1.0 / np.sin(alpha), "e_t": 1.0 / np.cos(alpha)}
 
-    def influence(x: FloatArray, column: str) -> FloatArray:
-        name, deviation = column.removesuffix(SPREAD), x - mean
-        if column == "rebound_angle_deg":
-            u, v = mean[_U], mean[_V]
-            across = u * deviation[:, _V] - v * deviation[:, _U]
-            return np.degrees(across / (u * u + v * v))
-        k = QUANTITIES[name].variable
-        found = deviation[:, k]
-        if column != name:
-            # a spread of zero has no error
-            found = (found**2 - square[k]) / max(2.0 * np.sqrt(square[k]), 1e-300)
-            found = found if square[k] > 0.0 else np.zeros_like(found)
-        return np.asarray(scale.get(name, 1.0) * found)
+    def averaged(of: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        total = sum(w * of(x).mean(axis=0) for w, x in zip(shares, parts, strict=True))
+        return np.asarray(total)
 
-    return [np.column_stack([influence(x, column) for column in columns]) for x in variables]
+    def chance(of: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        each = (w**2 * of(x).var(axis=0) / len(x) for w, x in zip(shares, parts, strict=True))
+        return np.asarray(np.sqrt(sum(each)))
 
-
-def covariances(found: Sequence[FloatArray], shares: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Compute two covariances (k, k) of moments from their `influences`.
-
-    The first, over n, is that of n particles of the mixture; the second, over n, that of n
-    particles of each shape.
-    """
-    within = [np.cov(x, rowvar=False, bias=True).reshape(x.shape[1], -1) for x in found]
-    means = [x.mean(axis=0) for x in found]
-    measured = sum(w * (c + np.outer(m, m)) for w, c, m in zip(shares, within, means, strict=True))
-    simulated = sum(w * w * c for w, c in zip(shares, within, strict=True))
-    return np.asarray(measured), np.asarray(simulated)
+    mean = averaged(np.asarray)
+    std = np.sqrt(averaged(lambda x: (x - mean) ** 2))
+    # the error of the mean does not contribute: at the mean the spread is least
+    std_error = 0.5 * chance(lambda x: (x - mean) ** 2) / np.where(std > 0.0, std, np.inf)
+    found = np.array([mean, std, chance(np.asarray), std_error])[:, _ORDER]
+    alpha, (u, v), names = np.radians(alpha_deg), mean[[_U, _V]], list(QUANTITIES)
+    found[:, names.index("e_n")] /= np.sin(alpha)
+    found[:, names.index("e_t")] /= np.cos(alpha) if alpha_deg < 90.0 else np.nan
+    # the angle of the mean velocity errs by what is across it
+    across = chance(lambda x: u * x[:, _V] - v * x[:, _U]) / (u**2 + v**2)
+    angle = [np.arctan2(v, u), across]
+    found[[0, 2], names.index("rebound_angle_deg")] = np.degrees(angle)
+    return found

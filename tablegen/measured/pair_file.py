@@ -1,13 +1,9 @@
-"""File of a fitted pair: a complete pair with comments that say how it was made.
-
-The lines of text about a fit are also those that ``tablegen calibrate`` prints.
-"""
+"""File of a fitted pair: a complete pair with comments that say how it was made."""
 
 import re
 import textwrap
 import tomllib
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 import tomli_w
@@ -15,20 +11,86 @@ import tomli_w
 import sampler
 from sampler.formats.channels import STATE
 from tablegen.config.config import Config, parse_config
+from tablegen.config.pairs import MaterialPair
+from tablegen.config.population import Population
 from tablegen.config.scenes import Tree, merged
+from tablegen.measured.fit_text import fit_lines
 from tablegen.measured.measurements import Measurements
-from tablegen.measured.parameters import WALL_TILT
-from tablegen.measured.result import Calibration, FittedNumber, Task
+from tablegen.measured.result import Calibration, ComparedNumber, Fit
 from tablegen.model.float_array import FloatArray
+from tablegen.presentation import table_lines
 
-#: Characters of a comment line, and of a list of numbers on one line; numbers that a verdict names.
-_WIDTH, _LIST_WIDTH, _NAMED = 100, 80, 3
+#: Characters of a comment line, and of a list of numbers on one line.
+_WIDTH, _LIST_WIDTH = 100, 80
 
-#: Share that calibrations of angular grains may free: rounded ones keep more velocity at the wall.
-_ROUNDED = "population.shapes.ellipsoid"
+#: Angles at the contact [degrees] between which laws are linear.
+_ANGLES = [5.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]
+
+#: Speeds that differ by less than this part are one; most speeds of a table of restitution.
+_SAME_SPEED, _MOST_SPEEDS = 0.03, 4
+
+#: A law that starts a fit: resistance, tangential restitution of spheres, and restitution where
+#: none was measured.
+_RESISTANCE, _REVERSAL, _RESTITUTION = 0.6, 0.2, 0.6
+
+#: Speed [m/s] of laws without speed, and source of numbers before a fit.
+_ANY_SPEED, _NONE = 100.0, "none: numbers to start a fit from"
+
+#: Limits that replace those of the preset at later hits: what three numbers of rotation can tell.
+#: Ellipsoids alone keep more of their history. What was measured of it, and what is a guess, is in
+#: EXPERIMENTS.md.
+_LATER = {"chain_ks": 0.035, "chain_energy": 0.08, "chain_spin": 0.08}
+_LATER_ROUND = {"sliced_wasserstein": 0.06, "cell_ks": 0.1, "cell_energy": 0.12}
+_LATER_ROUND |= {"chain_ks": 0.1, "chain_energy": 0.12, "chain_spin": 0.15}
+
+#: The correlation of w and Omega_y of ellipsoids has hardly any size.
+_CORRELATION_ROUND = 0.4
 
 #: List of numbers on several lines.
 _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
+
+
+def starting_config(data: Measurements, population: Tree) -> Config:
+    """Make a pair with tabulated laws, or those of spheres, to start a fit from."""
+    stated = np.sort(data.speed[np.isfinite(data.speed)])
+    law: Tree = {"law": "tabulated", "angle_deg": _ANGLES, "source": _NONE}
+    restitution = {**law, "speed": _speeds_of(stated), "value": _restitutions(data, stated)}
+    resistance: Tree = {**law, "value": [_RESISTANCE] * len(_ANGLES)}
+    if {name for name, weight in population["shapes"].items() if weight} == {"sphere"}:
+        resistance |= {"law": "coulomb", "static": _RESISTANCE / 3, "dynamic": _RESISTANCE / 3}
+        resistance["tangential_restitution"] = [_REVERSAL] * len(_ANGLES)
+        del resistance["value"]
+    pair = {"particle": "not stated", "wall": "not stated"}
+    ends = [float(stated[0]), float(stated[-1])] if stated.size else [_ANY_SPEED] * 2
+    tree = {
+        "name": "start",
+        "pair": {**pair, "restitution": restitution, "resistance": resistance},
+        "population": population,
+        "domain": {"alpha_deg": [0.5, 90.0], "speed": ends, "extrapolate": True},
+    }
+    return parse_config(tomli_w.dumps(tree), "start")
+
+
+def _speeds_of(stated: FloatArray) -> list[float]:
+    """Choose the speeds of a table of restitution: the stated ones, or four between their ends."""
+    if stated.size == 0:
+        return [_ANY_SPEED]
+    steps = np.flatnonzero(np.diff(np.log(stated)) > _SAME_SPEED)
+    groups = np.split(stated, steps + 1)
+    if len(groups) > _MOST_SPEEDS:
+        return [float(v) for v in np.geomspace(stated[0], stated[-1], _MOST_SPEEDS).round(3)]
+    return [float(np.median(group)) for group in groups]
+
+
+def _restitutions(data: Measurements, stated: FloatArray) -> list[list[float]]:
+    """Begin with the restitution of the mass centre."""
+    e_n = data.moments["e_n"].mean
+    known = np.flatnonzero(np.isfinite(e_n))
+    order = known[np.argsort(data.alpha_deg[known], kind="stable")]
+    found = np.full(len(_ANGLES), _RESTITUTION)
+    if order.size:
+        found = np.interp(_ANGLES, data.alpha_deg[order], e_n[order]).clip(0.05, 0.95)
+    return [[float(value)] * len(_speeds_of(stated)) for value in found]
 
 
 def fitted_config(
@@ -37,10 +99,10 @@ def fitted_config(
     """Lay fitted numbers over a pair, with the settings of a compact table with a spin law.
 
     The range of speeds of a fitted law of restitution is that of the rows, if all state one. The
-    materials are those that the measurements name. The roughness has no place in the file.
+    materials are those that the measurements name. The limits of later hits are those that the
+    grains can reach.
     """
-    fields = {key: value for key, value in changes.items() if key != WALL_TILT}
-    tree = merged(tomllib.loads(start.text), fields)
+    tree = merged(tomllib.loads(start.text), changes)
     tree["name"] = name
     pair = tree["pair"] = dict(tree["pair"])
     pair.pop("name", None)
@@ -59,18 +121,24 @@ def fitted_config(
         if np.isfinite(used.speed).all():
             ends = [float(used.speed.min()), float(used.speed.max())]
             pair["restitution"]["valid_speed"] = ends
-    tree["domain"] = _domain(start, used, speeds, pair["restitution"].get("valid_speed"))
+    tree["domain"] = _domain(start, MaterialPair.from_tree(pair), used, speeds)
     tree["spin"] = not set(start.domain.columns) - set(STATE)
-    tree["accuracy"] = {"preset": "compact"}
-    tree.pop("spin_accuracy", None)
+    tree |= _limits(start.population)
     for nodes in ("alpha_nodes_deg", "speed_nodes"):
         tree.get("table", {}).pop(nodes, None)
     return parse_config(_LIST.sub(_on_one_line, tomli_w.dumps(tree)), name)
 
 
-def _domain(
-    start: Config, used: Measurements, speeds: FloatArray, valid: Sequence[float] | None
-) -> Tree:
+def _limits(population: Population) -> Tree:
+    """Choose limits of accuracy that a table of some grains can reach."""
+    preset = {"preset": "compact"}
+    if population.shapes.positive().keys() == {"ellipsoid"} and not population.meshes:
+        accuracy = preset | {"correlation_error": _CORRELATION_ROUND}
+        return {"accuracy": accuracy, "spin_accuracy": preset | _LATER_ROUND}
+    return {"accuracy": preset, "spin_accuracy": preset | _LATER}
+
+
+def _domain(start: Config, fitted: MaterialPair, used: Measurements, speeds: FloatArray) -> Tree:
     """Choose what a table of the pair covers.
 
     Its angles are those of the start pair and the measured ones: later hits have any angle, and a
@@ -79,9 +147,10 @@ def _domain(
     domain = start.domain.model_dump(mode="json", exclude_none=True)
     angles = [*domain["alpha_deg"], *used.alpha_deg.tolist()]
     domain["alpha_deg"] = [min(angles), max(angles)]
-    if not start.pair.restitution.depends_on_speed:
+    if not fitted.restitution.depends_on_speed:
         domain["speed"] = [float(np.median(speeds))] * 2
     first, last = domain["speed"]
+    valid = fitted.restitution.valid_speed
     domain["extrapolate"] = valid is None or not valid[0] <= first <= last <= valid[1]
     return domain
 
@@ -93,133 +162,60 @@ def _on_one_line(found: re.Match[str]) -> str:
     return line if len(line) <= _LIST_WIDTH else found[0]
 
 
-def with_comments(made: Calibration, task: Task) -> Config:
+def with_comments(made: Calibration, data: Measurements, seed: int) -> Config:
     """Put comments about a fit at the head of its pair."""
+    fit = made.chosen
     sections = [
-        _origin(made, task),
-        [line for verdict in _verdicts(made) for line in _wrapped(verdict, "  ")],
-        ["Fitted numbers:", *_indented(_parameters(made))],
+        _wrapped(f"Fitted to measured rebounds: {data.about.get('title', data.name)}."),
+        _wrapped(
+            f"Made by tablegen calibrate of rebound-tables {sampler.__version__} from "
+            f"{data.name}.csv; grains: {fit.grains}; seed {seed}. The laws are the smoothest that "
+            "hold the means."
+        ),
+        [line for verdict in fit_lines(made) for line in _wrapped(verdict, "  ")],
+        ["Fitted numbers, with standard errors:", *_indented(_parameters(fit))],
+        ["Measured and simulated numbers:", *_indented(_rows(fit.numbers))],
     ]
-    for kind, held_out in (("used by the fit", False), ("held out, predicted", True)):
-        rows = [number for number in made.numbers if number.held_out == held_out]
-        if rows:
-            title = f"Rows {kind}; 'of the fit' is the simulated number's standard error:"
-            sections.append([title, *_indented(_rows(rows))])
-    if made.warnings:
-        lines = [line for warning in made.warnings for line in _wrapped(f"- {warning}", "  ")]
-        sections.append(["Warnings:", *lines])
     comments = "\n#\n".join("\n".join(f"# {line}".rstrip() for line in lines) for lines in sections)
     return parse_config(f"{comments}\n\n{made.config.text}", made.config.name)
 
 
-def fit_lines(made: Calibration) -> Iterator[str]:
-    """Write the verdicts, the fitted numbers, how closely the pair follows, and warnings."""
-    yield from _verdicts(made)
-    yield from _parameters(made)
-    if np.isfinite(made.scatter):
-        yield (
-            f"residuals: {made.scatter:.2f} times the accuracy of the measured numbers "
-            f"({made.freedom} degrees of freedom)"
-        )
-    for warning in made.warnings:
-        yield f"warning: {warning}"
-
-
-def _verdicts(made: Calibration) -> list[str]:
-    """Say how closely a pair follows means, spreads, the start pair's means and rows held out."""
-    pair = made.config.pair
-    laws = f"{pair.restitution.law} restitution and {pair.resistance.law} resistance"
-    lines = [_verdict("means", made.fitted(spreads=False), laws)]
-    spreads = made.fitted(spreads=True)
-    lines.append(_verdict("spreads", spreads, laws) if spreads else "spreads: not used")
-    if parts := [one.simulated / one.measured for one in spreads if one.measured > 0.0]:
-        lines[-1] += f"; {min(parts):.0%} to {max(parts):.0%} of the measured ones"
-    shapes = made.config.population.shapes.positive().keys()
-    angular = shapes and not shapes & {"ellipsoid", "sphere"}
-    if made.missed and angular and _ROUNDED not in made.labels:
-        lines.append(f"rounded grains may follow the means: free {_ROUNDED} as well")
-    start, end = made.of_means
-    if end > start:
-        lines.append(
-            f"the fit is worse in the means than its start: {end:.2f} and {start:.2f} times their "
-            "accuracies (root mean square)"
-        )
-    for column, one in made.largest(held_out=True).items():
-        lines.append(
-            f"largest residual of {column}, held out: {one.residual:+.3f} at {one.alpha_deg:g} "
-            f"degrees (simulated {one.simulated:.3f} +- {one.predicted:.3f})"
-        )
-    return lines
-
-
-def _verdict(kind: str, numbers: Sequence[FittedNumber], laws: str) -> str:
-    """Say which means, or spreads, are farther off than errors explain."""
-    worst = sorted(numbers, key=lambda number: -number.excess)
-    missed = [number for number in worst if number.excess > 1.0]
-    firsts = {number.column: number for number in reversed(worst)}
-    named = ", ".join(
-        f"{one.column} {one.residual:+.3f} at {one.alpha_deg:g} degrees "
-        f"({'up to +' if one.bound else ''}{one.allowed:.3g} allowed)"
-        for one in (missed[:_NAMED] or firsts.values())
-    )
-    if missed:
-        return f"{kind}: {laws} miss {len(missed)} of {len(numbers)}: {named}"
-    return f"{kind}: all {len(numbers)} held within errors; farthest off {named}"
-
-
 def _wrapped(text: str, indent: str = "") -> list[str]:
-    whole_words: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
-    return textwrap.wrap(text, _WIDTH - len("# "), subsequent_indent=indent, **whole_words)
+    """Break a line of text, but for one that is a row of a table."""
+    if "   " in text:
+        return [text]
+    return textwrap.wrap(
+        text,
+        _WIDTH - len("# "),
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
 
 
 def _indented(lines: Sequence[str]) -> list[str]:
     return [f"  {line}" for line in lines]
 
 
-def _origin(made: Calibration, task: Task) -> list[str]:
-    """Write the data and settings of a fit."""
-    data, start, tilt = task.measurements, task.start.name, made.wall_tilt_deg
-    checksum = f" (SHA-256 {task.checksum})" if task.checksum else ""
-    lines = [
-        *_wrapped(f"Fitted to measured rebounds: {data.about.get('title', data.name)}."),
-        "",
-        *_wrapped(
-            f"Made by tablegen calibrate of rebound-tables {sampler.__version__} from the file "
-            f"{data.name}.csv{checksum}, starting from the pair {start}; seed "
-            f"{task.seed}, {task.count} particles of each shape at each condition."
-        ),
-        *_wrapped(f"Free: {', '.join(task.free)}. All else is as in {start}."),
-    ]
-    if task.speed is not None and not np.isfinite(data.speed).all():
-        lines += _wrapped(f"Rows that state no speed were simulated at {task.speed:g} m/s.")
-    if tilt > 0.0:
-        lines += _wrapped(
-            f"The wall is rough: its facets tilt by {tilt:.3g} degrees (standard deviation), "
-            f"which no pair file states; draw with roughness = {np.radians(tilt):.4g} rad."
-        )
-    return lines
+def _parameters(fit: Fit) -> list[str]:
+    """Write the table of fitted numbers."""
+    rows = zip(fit.labels, fit.values, fit.errors, strict=True)
+    cells = [(label, f"{value:.4g}", f"{error:.2g}") for label, value, error in rows]
+    return list(table_lines(("", "fitted", "+-"), cells))
 
 
-def _parameters(made: Calibration) -> list[str]:
-    width = max(map(len, made.labels))
-    lines = [f"{'':{width}}  {'start':>10}  {'fitted':>10}  {'standard error':>14}"]
-    columns = zip(made.labels, made.given, made.values, made.errors, strict=True)
-    for label, given, value, error in columns:
-        shown = f"{error:.4g}" if np.isfinite(error) else "-"
-        lines.append(f"{label:{width}}  {given:>10.4g}  {value:>10.4g}  {shown:>14}")
-    return lines
-
-
-def _rows(numbers: Sequence[FittedNumber]) -> list[str]:
+def _rows(numbers: Sequence[ComparedNumber]) -> list[str]:
     """Write the table of measured and simulated numbers."""
-    lines = [
-        f"{'angle':>7}  {'m/s':>7}  {'column':21}  {'measured':>9}  {'simulated':>9}  "
-        f"{'residual':>9}  {'of the fit':>10}"
-    ]
-    for one in numbers:
-        speed = "-" if one.speed is None else f"{one.speed:g}"
-        lines.append(
-            f"{one.alpha_deg:7.4g}  {speed:>7}  {one.column:21}  {one.measured:9.4f}  "
-            f"{one.simulated:9.4f}  {one.residual:+9.4f}  {one.predicted:10.4f}"
+    head = ("angle", "m/s", "column", "measured", "simulated", "residual")
+    cells = [
+        (
+            f"{one.alpha_deg:.4g}",
+            "-" if one.speed is None else f"{one.speed:g}",
+            one.column,
+            f"{one.measured:.4f}",
+            f"{one.simulated:.4f}",
+            f"{one.residual:+.4f}",
         )
-    return lines
+        for one in numbers
+    ]
+    return list(table_lines(head, cells))

@@ -1,21 +1,19 @@
 """Pictures of measured and simulated rebounds against the impact angle."""
 
+from itertools import groupby
 from typing import Any
 
 import numpy as np
 
+from tablegen.config.complaints import shown
 from tablegen.measured.compare import MeasuredComparison
 from tablegen.measured.measurements import QUANTITIES, SPREAD
-from tablegen.measured.result import Calibration, FittedNumber
-from tablegen.model.float_array import FloatArray
+from tablegen.measured.result import Calibration, ComparedNumber, Fit
 from tablegen.presentation import ANGLE_LABEL, COLOURS, Picture, new_figure, settings, written
 
 #: Colours and line styles of the simulations of a comparison, one for each speed, repeated.
 _COLOURS = tuple(COLOURS[name] for name in ("ellipsoid", "truncated-prism", "tetrahedron"))
 _LINES = ("-", "--", "-.", ":")
-
-#: Colours of a fit.
-_MEASURED, _SIMULATED = "#000000", "#0072b2"
 
 
 def comparison_picture(found: MeasuredComparison, name: str) -> Picture:
@@ -77,80 +75,56 @@ def _draw_panel(axes: Any, found: MeasuredComparison, quantity: str) -> None:
 
 
 def fit_picture(made: Calibration, name: str) -> Picture:
-    """Draw measured and simulated numbers of a calibration, and below them the residuals.
+    """Draw measured and simulated numbers of the chosen fit, its spreads, and both laws.
 
     The ending of the name of the file selects the format.
     """
-    fitted = {number.column.removesuffix(SPREAD) for number in made.numbers}
-    quantities = [quantity for quantity in QUANTITIES if quantity in fitted]
+    fit = made.chosen
+    quantities = [q for q in QUANTITIES if _numbers(fit, q)]
     with settings():
-        figure = new_figure(0.6 + 4.0 * len(quantities), 5.6)
-        axes = figure.subplots(
-            2, len(quantities), sharex=True, squeeze=False, height_ratios=(2.0, 1.0)
-        )
+        figure = new_figure(0.6 + 3.6 * (len(quantities) + 1), 5.8)
+        axes = figure.subplots(2, len(quantities) + 1, sharex=True, squeeze=False)
         for k, quantity in enumerate(quantities):
-            _draw_fit(axes[0, k], made, quantity)
-            _draw_residuals(axes[1, k], made, quantity)
-            axes[1, k].set_xlabel(ANGLE_LABEL)
+            _draw_numbers(axes[0, k], _numbers(fit, quantity))
+            axes[0, k].set_ylabel(QUANTITIES[quantity].label)
+            _draw_numbers(axes[1, k], _numbers(fit, quantity + SPREAD))
+            axes[1, k].set_ylabel("spread")
+        for ax, law in zip(axes[:, -1], ("restitution", "resistance"), strict=True):
+            _draw_law(ax, getattr(fit.config.pair, law))
+            ax.set_ylabel(f"law of {law}")
+        for ax in axes[1]:
+            ax.set_xlabel(ANGLE_LABEL)
         axes[0, 0].legend()
-        axes[1, 0].legend()
-        title = f"{made.config.name}: measured and fitted rebounds"
-        words = f"{title}; {', '.join(quantities)} against impact angle, with residuals below"
+        title = f"{made.config.name}: measured and fitted rebounds, {fit.grains} grains"
+        words = f"{title}: means, spreads and both laws against the angle"
         return written(figure, name, title, words)
 
 
-def _numbers(made: Calibration, column: str) -> list[FittedNumber]:
-    """Select the numbers of a column, in the order of their angles."""
-    found = [number for number in made.numbers if number.column == column]
-    return sorted(found, key=lambda number: number.alpha_deg)
+def _numbers(fit: Fit, column: str) -> list[ComparedNumber]:
+    """Select the numbers of a column, in the order of speeds and angles."""
+    found = [number for number in fit.numbers if number.column == column]
+    return sorted(found, key=lambda number: (number.speed or 0.0, number.alpha_deg))
 
 
-def _array(numbers: list[FittedNumber], field: str) -> FloatArray:
-    return np.array([getattr(number, field) for number in numbers])
+def _draw_numbers(ax: Any, numbers: list[ComparedNumber]) -> None:
+    """Draw measured numbers with their tolerances, and a simulated line for each speed."""
+    for k, (speed, group) in enumerate(groupby(numbers, key=lambda number: number.speed)):
+        part, colour = list(group), _COLOURS[k % len(_COLOURS)]
+        angle = [one.alpha_deg for one in part]
+        label = "" if speed is None else f", {speed:g} m/s"
+        ax.plot(angle, [one.simulated for one in part], color=colour, label=f"simulated{label}")
+        bars = [one.tolerance or 0.0 for one in part]
+        look = {"fmt": "o", "ms": 4, "color": colour, "mfc": "white", "capsize": 2}
+        values = [one.measured for one in part]
+        ax.errorbar(angle, values, bars, label=f"measured{label}, with tolerance", **look)
 
 
-def _draw_fit(ax: Any, made: Calibration, quantity: str) -> None:
-    """Draw simulated means with a band of their spread, and measured ones with bars."""
-    means, spreads = _numbers(made, quantity), _numbers(made, quantity + SPREAD)
-    label = QUANTITIES[quantity].label
-    if not means:  # by symmetry the mean is zero
-        angle = _array(spreads, "alpha_deg")
-        ax.plot(angle, _array(spreads, "measured"), "o", color=_MEASURED, label="measured")
-        ax.plot(angle, _array(spreads, "simulated"), color=_SIMULATED, label="simulated")
-        ax.set_ylabel(f"{label}, spread")
+def _draw_law(ax: Any, law: Any) -> None:
+    """Draw a tabulated law; others have their numbers written."""
+    if law.law != "tabulated":
+        numbers = law.model_dump(exclude={"source", "law", "valid_speed"}, exclude_none=True)
+        text = "\n".join([law.law, *(f"{k} = {shown(v)}" for k, v in numbers.items())])
+        ax.text(0.05, 0.95, text, transform=ax.transAxes, va="top", fontsize=7)
         return
-    ax.set_ylabel(label)
-    by_row = {number.row: number for number in spreads}
-    wide = [number for number in means if number.row in by_row]
-    if wide:
-        beside = [by_row[number.row] for number in wide]
-        angle, middle = _array(wide, "alpha_deg"), _array(wide, "simulated")
-        half = _array(beside, "simulated")
-        band = {"color": _SIMULATED, "alpha": 0.2, "lw": 0, "label": "± simulated spread"}
-        ax.fill_between(angle, middle - half, middle + half, **band)
-        bars = {"fmt": "none", "color": _MEASURED, "capsize": 3, "lw": 1}
-        measured, sizes = _array(wide, "measured"), _array(beside, "measured")
-        ax.errorbar(angle, measured, sizes, label="± measured spread", **bars)
-    ax.plot(
-        _array(means, "alpha_deg"), _array(means, "simulated"), color=_SIMULATED, label="simulated"
-    )
-    for held_out, label, face in ((False, "measured", _MEASURED), (True, "held out", "white")):
-        part = [number for number in means if number.held_out is held_out]
-        if part:
-            points = _array(part, "alpha_deg"), _array(part, "measured")
-            ax.plot(*points, "o", ms=5, color=_MEASURED, mfc=face, label=label)
-
-
-def _draw_residuals(ax: Any, made: Calibration, quantity: str) -> None:
-    """Draw residuals of means and spreads, with the standard errors of the fit."""
-    ax.axhline(0.0, color="#888888", lw=1)
-    ax.set_ylabel("simulated − measured")
-    for column, label, marker, face in (
-        (quantity, "mean", "o", _SIMULATED),
-        (quantity + SPREAD, "spread", "^", "white"),
-    ):
-        found = _numbers(made, column)
-        if found:
-            values = (_array(found, field) for field in ("alpha_deg", "residual", "predicted"))
-            look = {"ms": 5, "color": _SIMULATED, "capsize": 2, "lw": 1, "mfc": face}
-            ax.errorbar(*values, fmt=marker, label=label, **look)
+    ax.plot(law.angle_deg, np.array(law.value), marker="o", ms=3)
+    ax.set_ylim(bottom=0.0)

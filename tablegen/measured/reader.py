@@ -35,6 +35,9 @@ _MOST_SPIN = 20.0
 #: Restitutions may exceed their bound by this part, because published digits are rounded.
 _ROUNDING = 1e-3
 
+#: A right angle, rounded up, in radians.
+_RIGHT_ANGLE = 1.571
+
 #: Separators that some programs write in place of commas.
 _OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
@@ -93,6 +96,7 @@ def parse_measurements(text: str, name: str, file: str) -> Measurements:
     if not 0 < len(rows) <= _MOST_ROWS:
         raise InputError(f"{file}: got {len(rows)} rows, allowed: 1 to {_MOST_ROWS}")
     numbers = [_numbers(row) for row in rows]
+    _check_degrees(rows, numbers)
     _check_unique(rows, numbers)
     of = {column: np.array([values[column] for values in numbers]) for column in NUMBERS}
     texts = {column: tuple(row.cell(column) for row in rows) for column in TEXTS}
@@ -169,6 +173,14 @@ def _numbers(row: _Line) -> dict[str, float]:
     return values
 
 
+def _check_degrees(rows: Sequence[_Line], numbers: Sequence[Mapping[str, float]]) -> None:
+    """Refuse angles that are all within a right angle in radians, if there are several."""
+    angles = {values["alpha_deg"] for values in numbers}
+    if len(angles) > 1 and max(angles) <= _RIGHT_ANGLE:
+        got = f"got angles up to {max(angles):g}, which look like radians"
+        raise rows[0].refusal(got, "degrees from the wall", "alpha_deg")
+
+
 def _number(row: _Line, column: str) -> float:
     """Read the number of a cell; NaN if it is empty."""
     cell = row.cell(column)
@@ -197,7 +209,7 @@ def _range(column: str, alpha_deg: float) -> _Range:
         # all the energy of the impact in one component
         high = (1.0 + _ROUNDING) / (math.sin(angle) if quantity == "e_n" else math.cos(angle))
         low = 0.0 if quantity == "e_n" else -high
-        hint = f"at {alpha_deg:g} degrees; a fraction, not per cent"
+        hint = f"at {alpha_deg:g} degrees from the wall; a fraction, not per cent"
     elif quantity == "omega_z":
         low, high, hint = -_MOST_SPIN, _MOST_SPIN, "times a/V, not rad/s"
     else:

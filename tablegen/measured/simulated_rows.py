@@ -1,8 +1,7 @@
 """Direct simulation of measured rows: rebounds of each shape at given impact conditions."""
 
 import math
-from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,20 +9,12 @@ from sampler.arguments import MAX_ROUGHNESS, as_integer
 from tablegen.config.config import Config, ModelSettings
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
-from tablegen.measured.moments import (
-    CentralMoments,
-    SimulatedMoments,
-    Strata,
-    central_moments,
-    variables_of,
-)
+from tablegen.measured.moments import SimulatedMoments, mixed_moments, variables_of
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import HALF_SIZE, Bounds
 from tablegen.progress import bar, thread_pool
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import check_impact_angle, check_run
-
-_Result = TypeVar("_Result")
 
 #: Standard deviation of the tilt of facets.
 WALL_TILT_DEG = Bounds(0.0, math.degrees(MAX_ROUGHNESS), " degrees")
@@ -74,39 +65,29 @@ class SimulatedRows:
         ]
         self._seed, self._threads = seed, threads
 
-    def strata(self, count: int, progress: bool = False) -> Strata:
-        """Simulate the moments of ``count`` particles of each shape at each row."""
-        shape, parts = (len(self._alpha), len(self._shapes)), []
-        total = count * math.prod(shape)
-        with bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted:
-            for moments in self._each(central_moments, count):
-                parts.append(moments)
-                counted.update(count)
-        stacked = (np.array(arrays) for arrays in zip(*parts, strict=True))
-        arrays = (array.reshape(*shape, *array.shape[1:]) for array in stacked)
-        shares = np.array([stratum.share for stratum in self._shapes])
-        return Strata(self._alpha_deg, shares, count, CentralMoments(*arrays))
-
     def moments(self, count: int, progress: bool = False) -> SimulatedMoments:
-        """Simulate means and standard deviations of the population."""
-        return self.strata(count, progress).mixed()
-
-    def variables(self, count: int) -> list[list[FloatArray]]:
-        """Simulate the variables (count, 5) of each shape at each row."""
-        found, shapes = list(self._each(np.asarray, count)), len(self._shapes)
-        return [found[k : k + shapes] for k in range(0, len(found), shapes)]
-
-    def _each(self, of: Callable[[FloatArray], _Result], count: int) -> Iterator[_Result]:
-        """Apply a function to the variables of each row and shape, one row after another."""
+        """Simulate means and spreads, with ``count`` particles of each shape at each row."""
         as_integer("count", count, 2, 2**32 - 1, "2 to 2**32 - 1")
         workers = check_run(count, self._seed, 0, self._threads)
-        places = list(np.ndindex(len(self._alpha), len(self._shapes)))
-        with thread_pool(workers) as pool:
-            yield from pool.map(lambda place: of(self._variables(place, count)), places)
+        each, found = count * len(self._shapes), []
+        total = each * len(self._alpha)
+        with (
+            bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted,
+            thread_pool(workers) as pool,
+        ):
+            for moments in pool.map(lambda row: self._row(row, count), range(len(self._alpha))):
+                found.append(moments)
+                counted.update(each)
+        return SimulatedMoments.of_rows(found)
 
-    def _variables(self, place: tuple[int, ...], count: int) -> FloatArray:
-        """Simulate the variables (count, 5) at one place: a row and a shape."""
-        row, shape = place
+    def _row(self, row: int, count: int) -> FloatArray:
+        """Simulate the moments at a row."""
+        parts = [self._variables(row, shape, count) for shape in range(len(self._shapes))]
+        shares = [stratum.share for stratum in self._shapes]
+        return mixed_moments(parts, shares, float(self._alpha_deg[row]))
+
+    def _variables(self, row: int, shape: int, count: int) -> FloatArray:
+        """Simulate the variables (count, 5) of a shape at a row."""
         first = (self._shapes[shape].code << 48) + (row << 32)
         index = np.arange(first, first + count, dtype=np.uint64)
         keys: dict[str, Any] = {"seed": self._seed, "index": index, "threads": 1}

@@ -1,9 +1,10 @@
-"""Measurements made by direct simulation of a known pair, and quick calibrations."""
+"""Measurements made by direct simulation of a known pair."""
+
+from dataclasses import replace
 
 import numpy as np
 
 from tablegen import load_config
-from tablegen.measured import calibrate, search
 from tablegen.measured.measurements import QUANTITIES, Measurements, Moments
 from tablegen.simulation.simulate import simulate
 
@@ -23,11 +24,13 @@ def small_pair(value=0.5, friction=0.4, **changes):
     return load_config("corundum-steel").with_changes(tree | changes)
 
 
-def shorten_searches(monkeypatch):
-    """Make calibrations of a second: few starts and steps."""
-    stages = (search.Stage("looking", 4, 1.0, 0), search.Stage("searching", 1, 1.0, 5))
-    for module in (search, calibrate):
-        monkeypatch.setattr(module, "STAGES", stages)
+def some_rows(data, rows):
+    """Some rows of measurements, any of them several times."""
+    at = np.asarray(rows)
+    arrays = {field: getattr(data, field)[at] for field in ("alpha_deg", "speed", "count")}
+    texts = {field: tuple(getattr(data, field)[k] for k in at) for field in ("source", "remarks")}
+    moments = {name: Moments(m.mean[at], m.std[at]) for name, m in data.moments.items()}
+    return replace(data, moments=moments, **arrays, **texts)
 
 
 def measured_from(config, alpha_deg, count, seed, spreads=True):

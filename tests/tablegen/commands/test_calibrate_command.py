@@ -1,67 +1,73 @@
-"""Command ``tablegen calibrate``: files, several values of a flag, and refusals of one line."""
+"""Command ``tablegen calibrate``: files, verdicts, several names of a flag, refusals."""
 
 import json
 
 import pytest
-from command_line import MISSED
-from synthetic_measurements import shorten_searches, small_pair
+from command_line import DONE, MISSED
+from synthetic_measurements import small_pair
 
 from tablegen.commands.calibrate import calibrate as command
+from tablegen.measured import fits
 
 DATA = """\
 # title: made up
 alpha_deg,speed,e_n,e_t,count,source
-20,100,0.6,0.8,500,nobody
-45,100,0.5,0.7,500,nobody
-70,100,0.45,0.75,500,nobody
+20,100,0.6,0.7,,nobody
+45,100,0.45,0.6,,nobody
+70,100,0.4,0.75,,nobody
 """
-WORDS = ["calibrate", "my.csv", "--pair", "start.toml", "--output", "fitted.toml", "--quiet"]
+WORDS = ["calibrate", "my.csv", "--output", "fitted.toml", "--quiet"]
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(fits, "_MOST", 600)
     (tmp_path / "my.csv").write_text(DATA)
     (tmp_path / "start.toml").write_text(small_pair().text)
     return tmp_path
 
 
-def test_files(folder, run, monkeypatch):
+def test_means_that_are_held(folder, run):
     pytest.importorskip("matplotlib")
-    shorten_searches(monkeypatch)
-    flags = ["--count", "200", "--free", "pair.restitution.value", "pair.resistance.value"]
-    flags += ["--hold-out", "45", "--json", "fit.json", "--picture", "fit.svg"]
-    ended = run(*WORDS, *flags)
-    assert (ended.status, ended.err) == (MISSED, "")
-    assert ended.out.startswith(
-        "means: constant restitution and constant resistance miss 3 of 4: e_n "
-    )
-    assert "\nspreads: not used\n" in ended.out
-    assert "fitted.toml: the fitted pair fitted; " in ended.out
+    ended = run(*WORDS, "--grains", "rounded", "--json", "fit.json", "--picture", "fit.svg")
+    assert (ended.status, ended.err) == (DONE, "")
+    assert ended.out.startswith("means: all 6 held by rounded grains; worst ")
     assert ended.out.endswith("next: tablegen generate fitted.toml --output fitted.h5\n")
-    assert "largest residual of e_n" in ended.out
     found = json.loads((folder / "fit.json").read_text())
-    names = [one["name"] for one in found["parameters"]]
-    assert names == ["pair.restitution.value", "pair.resistance.value"]
-    assert sum(one["held_out"] for one in found["numbers"]) == 2
+    assert [fit["grains"] for fit in found["fits"]] == ["rounded"]
+    assert len(found["fits"][0]["parameters"]) == 14
     assert (folder / "fit.svg").read_text().startswith("<?xml")
     assert "made up" in (folder / "fitted.toml").read_text()
 
 
-def test_a_flag_takes_several_values(folder):
-    words = ["--hold-out", "45", "60.5", "--free", "pair.a", "wall_tilt_deg", "--free", "any"]
+@pytest.mark.usefixtures("folder")
+def test_means_that_a_form_misses(run):
+    flags = ["--pair", "start.toml", "--free", "pair.restitution.value"]
+    ended = run(*WORDS, *flags)
+    assert (ended.status, ended.err) == (MISSED, "")
+    first, second = ended.out.splitlines()[:2]
+    assert first.startswith("means: ")
+    assert second.startswith("no grains hold the means: ")
+    assert "next:" not in ended.out
+
+
+def test_a_flag_takes_several_names(folder):
+    words = ["--free", "pair.a", "+pair.b", "--free", "any", "--grains", "rounded"]
     found = command.make_context("calibrate", [*WORDS[1:], *words]).params
-    assert found["free"] == ("pair.a", "wall_tilt_deg", "any")
-    assert found["hold_out"] == (45.0, 60.5)
+    assert found["free"] == ("pair.a", "+pair.b", "any")
+    assert found["grains"] == "rounded"
 
 
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize(
     ("flags", "said"),
     [
-        (["--free", "pair.wrong"], "free: got 'pair.wrong', allowed: pair.restitution.value, "),
+        (["--pair", "start.toml", "--free", "pair.x"], "free: got 'pair.x', allowed: pair.resti"),
         (["--output", "my.csv"], "--output: got my.csv, the same file as "),
         (["--picture", "fit.txt"], "--picture: got fit.txt, allowed: a name in .png"),
+        (["--output", "fitted.h5"], "--output: got fitted.h5, allowed: a name in .toml"),
+        (["--grains", "round"], "grains: got 'round', allowed: angular, "),
     ],
 )
 def test_refusals(refused, flags, said):

@@ -1,14 +1,16 @@
 import pytest
-from synthetic_measurements import measured_from, shorten_searches, small_pair
+from synthetic_measurements import measured_from, small_pair
+
+from tablegen.measured import fits
 
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Calibrations of a second."""
-    shorten_searches(monkeypatch)
+    """Calibrations of a second: few particles."""
+    monkeypatch.setattr(fits, "_MOST", 600)
 
 
 @pytest.fixture(scope="session")
 def measured():
-    """Rebounds of a pair with 0.6 and 0.3 at four angles, of 400 particles each."""
-    return measured_from(small_pair(0.6, 0.3), (15.0, 35.0, 60.0, 90.0), 400, seed=7)
+    """Rebounds of a pair with 0.6 and 0.3 at four angles, of 4000 particles each."""
+    return measured_from(small_pair(0.6, 0.3), (15.0, 35.0, 60.0, 90.0), 4000, seed=7)

@@ -1,169 +1,153 @@
-"""A calibration: its file, held-out rows, repetition, resuming, and refusals."""
+"""A calibration: its file, its choice of grains, given forms of the laws, and refusals."""
 
 import json
-import re
 import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic_measurements import small_pair
+from synthetic_measurements import SOURCE, measured_from, small_pair, some_rows
 
 from sampler.errors import InputError
 from sampler.files import json_text
 from tablegen import calibrate, load_config
+from tablegen.config.grains import GRAINS
+from tablegen.measured.fit_text import fit_lines
 from tablegen.measured.measurements import Moments
-from tablegen.measured.pair_file import fit_lines
-from tablegen.measured.trials import Evaluations
 
 FREE = ("pair.restitution.value", "pair.resistance.value")
 pytestmark = pytest.mark.usefixtures("quick")
 
 
-def fit(measured, start=None, *output, **changes):
-    return calibrate(
-        measured, start or small_pair(), *output, **{"free": FREE, "count": 200} | changes
-    )
+def without_spreads(data):
+    moments = {name: Moments(m.mean, np.nan * m.std) for name, m in data.moments.items()}
+    return replace(data, moments=moments)
 
 
-def test_the_file_is_a_pair_that_says_how_it_was_made(tmp_path, measured):
+def test_a_given_form_finds_its_numbers_again_and_says_how_it_was_made(tmp_path, measured):
     path = tmp_path / "my sand.toml"
-    made = fit(measured, None, path, hold_out=[35.0])
+    made = calibrate(measured, path, start=small_pair(), free=FREE)
     assert list(tmp_path.iterdir()) == [path]
     config = load_config(path)
     assert config == made.config
-    assert config.name == "my-sand"
-    assert config.spin
-    assert config.accuracy == config.accuracy.model_validate({"preset": "compact"})
-    assert config.domain.speed == (100.0, 100.0)
-    assert config.domain.alpha_deg == (0.5, 90.0)
-    text = path.read_text()
-    tree = tomllib.loads(text)
+    assert (config.name, config.spin) == ("my-sand", True)
+    assert (config.domain.speed, config.domain.alpha_deg) == ((100.0, 100.0), (0.5, 90.0))
+    tree = tomllib.loads(path.read_text())
     assert tree["pair"]["restitution"]["valid_speed"] == [100.0, 100.0]
     assert "measured rebounds (synthetic: simulated)" in tree["pair"]["resistance"]["source"]
-    assert tree["pair"]["restitution"]["value"] == pytest.approx(made.values[0], rel=1e-6)
-    for words in ("seed 1, 200 particles", "standard error", "Rows held out, predicted", "e_n_std"):
-        assert words in text
-    # all else is as before
+    # limits of ellipsoids alone
+    assert config.spin_targets.chain_ks == 0.1
     assert config.population == small_pair().population
-    assert config.model == small_pair().model
-    held = [number for number in made.numbers if number.held_out]
-    assert {(number.row, number.alpha_deg) for number in held} == {(1, 35.0)}
-    # 400 particles a row were measured, at a spread of at most 0.4
-    for number in held:
-        assert abs(number.residual) < 4.0 * np.hypot(number.predicted, number.accuracy)
-    assert made.largest(held_out=True)["e_n"].row == 1
+    # 4,000 particles a row were measured, and few are simulated
+    np.testing.assert_allclose(made.chosen.values, [0.6, 0.3], atol=0.05)
+    assert not made.missed
+    assert 0.0 < made.chosen.errors.max() < 0.1
     json.loads(json_text(made.to_dict()))
 
 
-def test_an_interrupted_run_goes_on_to_the_same_bytes_on_any_number_of_threads(
-    tmp_path, measured, monkeypatch
-):
-    whole, cut = tmp_path / "a" / "same.toml", tmp_path / "b" / "same.toml"
-    for path in (whole, cut):
-        path.parent.mkdir()
-    fit(measured, None, whole, threads=1)
-    made, make = [], Evaluations._made
-
-    def interrupted(self, key, x, count):
-        if len(made) == 6:
-            raise KeyboardInterrupt
-        made.append(key)
-        return make(self, key, x, count)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Evaluations, "_made", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            fit(measured, None, cut)
-    assert not cut.exists()
-    with pytest.raises(InputError, match="allowed: --resume"):
-        fit(measured, None, cut)
-    with pytest.raises(InputError, match="made from another configuration"):
-        fit(measured, None, cut, count=201, resume=True)
-    fit(measured, None, cut, threads=3, resume=True)
-    assert cut.read_bytes() == whole.read_bytes()
-    assert list(cut.parent.iterdir()) == [cut]
-    fit(measured, None, cut, seed=2)
-    assert cut.read_bytes() != whole.read_bytes()
+def test_grains_are_tried_and_the_spreads_choose(tmp_path, measured):
+    made = calibrate(measured, tmp_path / "a.toml", threads=1)
+    assert [fit.grains for fit in made.fits] == list(GRAINS)
+    held = [fit for fit in made.fits if fit.holds]
+    assert made.chosen.spread_distance == min(fit.spread_distance for fit in held)
+    lines = list(fit_lines(made))
+    assert lines[0].startswith("means: all 7 held by ")
+    assert lines[1].startswith("spreads: ")
+    assert sum("chosen" in line for line in lines) == 1
+    again = calibrate(measured, tmp_path / "b" / ".." / "a.toml", threads=2)
+    assert again.config.text == made.config.text
 
 
-def test_rows_without_speed_or_count(measured):
+def test_without_spreads_or_speeds(measured):
     unknown = np.full(4, np.nan)
-    made = fit(replace(measured, speed=unknown, count=unknown))
+    data = replace(without_spreads(measured), speed=unknown, count=unknown)
+    made = calibrate(data, grains="rounded")
     assert made.config.pair.restitution.valid_speed is None
     assert made.config.domain.extrapolate
-    # assumed for means and for spreads
-    assert {number.accuracy for number in made.numbers} == {0.01, 0.015, 0.025, 0.0375}
-    assert np.isfinite(made.errors).all()
+    assert [one.tolerance for one in made.chosen.means if one.column == "e_n"] == [0.02] * 4
+    assert np.isnan(made.chosen.spread_distance)
 
 
-def test_a_fixed_law_keeps_its_source_and_roughness_is_found(measured, tmp_path):
-    path = tmp_path / "rough.toml"
-    free, row = ("wall_tilt_deg",), measured.rows([2])
-    made = fit(row, small_pair(0.6, 0.3), path, free=free, wall_tilt_deg=4.0)
-    assert made.config.pair.restitution == small_pair(0.6).pair.restitution
-    # the data are of a smooth wall
-    assert made.wall_tilt_deg < 3.0
-    assert made.labels == ("wall_tilt_deg",)
-    assert ("draw with roughness" in path.read_text()) == (made.wall_tilt_deg > 0.0)
+def test_several_speeds_have_a_table_of_restitution(measured):
+    slow = replace(measured, speed=np.full(4, 50.0))
+    fast = {
+        n: Moments(0.8 * m.mean if n == "e_n" else m.mean, m.std) for n, m in slow.moments.items()
+    }
+    both = {
+        n: Moments(*(np.append(a, b) for a, b in zip(m, fast[n], strict=True)))
+        for n, m in slow.moments.items()
+    }
+    data = replace(
+        some_rows(slow, [0, 1, 2, 3] * 2), speed=np.repeat([50.0, 150.0], 4), moments=both
+    )
+    made = calibrate(data, grains="well-rounded")
+    assert not made.missed
+    law = made.config.pair.restitution
+    assert (law.speed, law.valid_speed) == ((50.0, 150.0), (50.0, 150.0))
+    assert made.config.domain.speed == (50.0, 150.0)
+    values = np.array(law.value)
+    assert (values[1:5, 1] < values[1:5, 0]).all()
+    assert np.abs(np.diff(values, 2, axis=0)).max() < 0.25
 
 
-def test_spreads(measured):
-    def fitted(part, spreads):
-        moments = {n: Moments(m.mean, part * m.std) for n, m in measured.moments.items()}
-        made = fit(replace(measured, moments=moments), spreads=spreads)
-        return made, max([one.excess for one in made.fitted(spreads=True)], default=0.0)
+def test_spheres_give_restitution_and_friction():
+    """Restitution and friction are those of the rows that slide; others stick and spring back."""
+    law = {"law": "coulomb", "static": 0.2, "dynamic": 0.2, "tangential_restitution": [0.4]}
+    weights = dict.fromkeys(("ellipsoid", "prism", "truncated-prism", "tetrahedron"), 0.0)
+    laws = {"restitution": {"law": "constant", "value": 0.9, **SOURCE}, "resistance": law | SOURCE}
+    truth = small_pair(pair=laws, population={"shapes": weights | {"sphere": 1.0}})
+    data = without_spreads(measured_from(truth, (10.0, 30.0, 50.0, 70.0, 80.0), 2, seed=1))
+    start = truth.with_changes(
+        {"pair": {"restitution": {"value": 0.6}, "resistance": {"static": 0.4, "dynamic": 0.3}}}
+    )
+    made = calibrate(data, start=start)
+    assert made.chosen.labels == (
+        "pair.restitution.value",
+        "pair.resistance.dynamic",
+        "pair.resistance.tangential_restitution[0]",
+    )
+    np.testing.assert_allclose(made.chosen.values, [0.9, 0.2, 0.4], atol=0.03)
+    with pytest.raises(
+        InputError, match=r"^free: got 'pair.resistance.static', allowed: pair.rest"
+    ):
+        calibrate(data, start=start, free=["pair.resistance.static"])
 
-    (above, excess), (ignored, none) = fitted(2.0, "upper-bound"), fitted(2.0, "ignore")
-    # an upper bound above what is simulated spoils no mean
-    assert not above.missed
-    assert excess <= 1.0
-    assert none == 0.0
-    np.testing.assert_allclose(above.values, ignored.values, atol=0.03)
-    assert above.of_means[1] < 0.5 * above.of_means[0]
-    assert "worse in the means than its start" not in "".join(fit_lines(above))
-    assert "worse in the means" in "".join(fit_lines(replace(above, of_means=(1.0, 2.0))))
-    angular = replace(above, config=load_config("start-tabulated"))
-    far = replace(angular, numbers=tuple(replace(one, simulated=9.0) for one in above.numbers))
-    freed = replace(far, labels=("population.shapes.ellipsoid", *far.labels[1:]))
-    hint, made = "free population.shapes.ellipsoid", (angular, far, freed)
-    assert [hint in "".join(fit_lines(one)) for one in made] == [False, True, False]
-    assert fitted(2.0, "fit")[1] > 1.0
-    assert fitted(0.5, "upper-bound")[1] > 1.0
+
+def with_mean(data, name, means):
+    changed = Moments(np.array(means), data.moments[name].std)
+    return replace(data, moments={**data.moments, name: changed})
 
 
-def test_a_cost_is_said_before(measured, capsys):
-    fit(measured, progress=True)
-    first = capsys.readouterr().err.splitlines()[0]
-    assert re.fullmatch(r"tablegen: [0-9]+ to [0-9]+ s of CPU time", first)
+def test_angles_from_the_normal_and_rows_that_no_grains_hold(measured):
+    rows = some_rows(measured, [0, 1, 2])
+    turned = calibrate(with_mean(rows, "e_n", (0.3, 0.45, 0.6)), grains="subrounded")
+    assert "if angles are from the normal, give 90 - angle" in turned.advice
+    made = calibrate(with_mean(rows, "e_t", (0.9, 0.1, 0.9)), grains="subrounded")
+    assert made.missed
+    assert "no grains hold the means: subrounded grains come nearest" in "\n".join(fit_lines(made))
+    assert "35 degrees and 100 m/s" in made.advice
 
 
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"hold_out": [36.0]}, r"^hold_out: got 36 degrees, allowed: 15, 35, 60, 90$"),
-        ({"hold_out": [15.0, 35.0, 60.0, 90.0]}, r"^hold_out: got all 4 rows, allowed: fewer"),
-        ({"count": 50}, r"^count: got 50, allowed: 200 or more$"),
-        ({"wall_tilt_deg": 40.0}, r"^wall_tilt_deg: got 40"),
+        ({"grains": "round"}, r"^grains: got 'round', allowed: angular, subangular, "),
+        ({"free": ["pair.restitution.value"]}, r"^free: got fields of no pair"),
+        ({"start": small_pair(), "free": ["pair.x"]}, r"^free: got 'pair.x', allowed: pair.rest"),
+        ({"start": load_config("corundum-steel"), "seed": -1}, r"^seed: got -1"),
     ],
 )
 def test_refusals(measured, changes, said):
     with pytest.raises(InputError, match=said):
-        fit(measured, **changes)
+        calibrate(measured, **changes)
 
 
-def test_measurements_and_pairs_that_do_not_go_together(measured):
-    few = measured.rows([0])
-    moments = {name: Moments(m.mean, np.nan * m.std) for name, m in few.moments.items()}
-    moments["e_t"] = Moments(np.array([np.nan]), np.array([np.nan]))
-    with pytest.raises(InputError, match=r"^free: got 2 free numbers for 1 measured means and"):
-        fit(replace(few, moments=moments))
-    weights = dict.fromkeys(("ellipsoid", "prism", "truncated-prism", "tetrahedron"), 0.0)
-    spheres = small_pair(population={"shapes": weights | {"sphere": 1.0}})
-    with pytest.raises(InputError, match=r"^e_n_std: got spreads, which spheres on a smooth wall"):
-        fit(measured, spheres)
+def test_rows_that_cannot_be_fitted(measured):
     with pytest.raises(InputError, match=r"^synthetic: got 401 rows to fit, allowed: up to 400"):
-        fit(measured.rows([0] * 401))
+        calibrate(some_rows(measured, [0] * 401))
     data = replace(measured, speed=np.full(4, np.nan))
     with pytest.raises(InputError, match=r"^speed: missing for 4 of 4 rows"):
-        calibrate(data, load_config("corundum-steel"), count=200)
+        calibrate(data, start=load_config("corundum-steel"))
+    nothing = {name: Moments(np.nan * m.mean, m.std) for name, m in measured.moments.items()}
+    with pytest.raises(InputError, match=r"^synthetic: got no mean to follow"):
+        calibrate(replace(measured, moments=nothing))

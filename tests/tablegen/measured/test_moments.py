@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 
 from tablegen.measured.measurements import QUANTITIES
-from tablegen.measured.moments import (
-    CentralMoments,
-    Strata,
-    central_moments,
-    covariances,
-    influences,
-    variables_of,
-)
+from tablegen.measured.moments import SimulatedMoments, mixed_moments, variables_of
 
 #: Two shapes of four states each: u, v, w, omega_x, omega_y, omega_z.
 FIRST = np.array(
@@ -34,16 +27,14 @@ SECOND = np.array(
 )
 
 
-def strata_of(*samples, alpha_deg=30.0):
-    """Strata of one row from the states of each shape."""
-    parts = [central_moments(variables_of(states)) for states in samples]
-    moments = CentralMoments(*(np.array([arrays]) for arrays in zip(*parts, strict=True)))
-    shares = np.full(len(samples), 1.0 / len(samples))
-    return Strata(np.array([alpha_deg]), shares, len(samples[0]), moments)
+def moments_of(*samples, alpha_deg=30.0, shares=(1.0,)):
+    """Moments of one row from the states of each shape."""
+    parts = [variables_of(states) for states in samples]
+    return SimulatedMoments.of_rows([mixed_moments(parts, shares, alpha_deg)])
 
 
 def test_quantities_of_hand_made_states():
-    found = strata_of(FIRST).mixed()
+    found = moments_of(FIRST)
     s, c = 0.5, math.sqrt(0.75)
     # the angle of the mean velocity, but the spread of the particles' own angles, one beyond 90
     angles = np.degrees([math.atan2(v, u) for u, v in FIRST[:, :2]])
@@ -61,15 +52,15 @@ def test_quantities_of_hand_made_states():
 
 
 def test_tangential_restitution_is_undefined_at_normal_impact():
-    found = strata_of(FIRST, alpha_deg=90.0).mixed()
+    found = moments_of(FIRST, alpha_deg=90.0)
     for moments in (found.mean, found.std, found.mean_error, found.std_error):
         assert [name for name in QUANTITIES if np.isnan(moments[name][0])] == ["e_t"]
 
 
 def test_a_mixture_is_its_particles_put_together():
     """Shares 3/4 and 1/4 are three copies of the states of one shape and one of the other's."""
-    mixed = strata_of(FIRST, SECOND).mixed([0.75, 0.25])
-    together = strata_of(np.vstack([FIRST] * 3 + [SECOND])).mixed()
+    mixed = moments_of(FIRST, SECOND, shares=(0.75, 0.25))
+    together = moments_of(np.vstack([FIRST] * 3 + [SECOND]))
     for name in QUANTITIES:
         np.testing.assert_allclose(mixed.mean[name], together.mean[name], rtol=1e-13)
         np.testing.assert_allclose(mixed.std[name], together.std[name], rtol=1e-13)
@@ -77,13 +68,11 @@ def test_a_mixture_is_its_particles_put_together():
 
 def test_equal_states_have_no_spread_and_no_error():
     states = np.repeat(FIRST[:1], 5, axis=0)
-    found = strata_of(states).mixed()
+    found = moments_of(states)
     for name in QUANTITIES:
         assert found.std[name][0] < 1e-14
         assert found.mean_error[name][0] < 1e-14
         assert np.isfinite(found.std_error[name][0])
-    (influence,) = influences([np.ones((10, 5))], np.ones(1), 0.6, ("e_n_std",))
-    assert not influence.any()
 
 
 def test_chance_errors_are_the_scatter_of_repetitions():
@@ -96,44 +85,9 @@ def test_chance_errors_are_the_scatter_of_repetitions():
         others = rng.uniform((-0.4, 0.1, -0.3, 0, 0, -1), (0.2, 0.3, 0.3, 1, 1, 0), (n, 6))
         return some, others
 
-    runs = [strata_of(*states()).mixed(shares) for _ in range(600)]
+    runs = [moments_of(*states(), shares=shares) for _ in range(600)]
     for name in QUANTITIES:
         for value, error in (("mean", "mean_error"), ("std", "std_error")):
             scatter = np.std([getattr(run, value)[name][0] for run in runs])
             told = np.mean([getattr(run, error)[name][0] for run in runs])
             assert told == pytest.approx(scatter, rel=0.15), (name, value)
-
-
-def test_covariances_are_those_of_many_small_samples():
-    """Of 4,000 samples: an element errs by 0.03 of its scale, a hundredth of them by 0.08."""
-    rng, alpha, n, shares = np.random.default_rng(8), np.radians(35.0), 400, np.array([0.7, 0.3])
-    columns = ("e_n", "e_n_std", "e_t", "e_t_std", "rebound_angle_deg", "omega_z")
-
-    def particles(shape, count):
-        v = rng.gamma(2.0 + shape, 0.1, count)
-        u = 0.5 + 0.2 * shape - 0.4 * v + rng.normal(0.0, 0.1, count)
-        angle = np.degrees(np.arctan2(v, u))
-        return np.column_stack([u, v, angle, rng.normal(0.0, 5.0, count), -v + 0.1 * u])
-
-    def moments(x, weights):
-        mean = weights @ x
-        std = np.sqrt(weights @ (x - mean) ** 2)
-        e_n, e_t = 1.0 / np.sin(alpha), 1.0 / np.cos(alpha)
-        turned = np.degrees(np.arctan2(mean[1], mean[0]))
-        return np.array([e_n * mean[1], e_n * std[1], e_t * mean[0], e_t * std[0], turned, mean[4]])
-
-    large = [particles(shape, 100_000) for shape in range(2)]
-    measured, simulated = covariances(influences(large, shares, alpha, columns), shares)
-    mixed, stratified = [], []
-    for _ in range(4000):
-        first = rng.binomial(n, shares[0])
-        x = np.vstack([particles(0, first), particles(1, n - first)])
-        mixed.append(moments(x, np.full(n, 1.0 / n)))
-        x = np.vstack([particles(shape, n) for shape in range(2)])
-        stratified.append(moments(x, np.repeat(shares / n, n)))
-    for expected, samples in ((measured, mixed), (simulated, stratified)):
-        found = n * np.cov(np.array(samples), rowvar=False)
-        scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-        assert np.abs((found - expected) / scale).max() < 0.1
-    # strata leave the chance of the shapes out
-    assert np.abs(measured - simulated).max() > 0.1 * np.abs(measured).max()

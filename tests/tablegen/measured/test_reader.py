@@ -61,7 +61,7 @@ WRONG = [
     (row("30,10,,,,s"), r": line 2: got no measured quantity"),
     (
         row("30,,43,,,s"),
-        r": line 2, e_n: got 43, allowed: 0 to 2.002 \(at 30 degrees; a fraction, not per cent\)$",
+        r": line 2, e_n: got 43, allowed: 0 to 2.002 \(at 30 degrees from the wall; a frac",
     ),
     (row("30,,0.4,-0.1,,s"), r": line 2, e_n_std: got -0.1, allowed: 0 to"),
     (row("30,,,0.1,0.5,s"), r"e_n_std: got 0.1, allowed: a spread beside its mean"),
@@ -78,6 +78,7 @@ WRONG = [
         row("30,100,0.4,,,s\n# between\n30,100,0.5,,,s"),
         r": line 4, e_n: got a second value at 30 degrees and 100 m/s, allowed: that of line 2",
     ),
+    (row("0.3,,0.6,,,s\n1.2,,0.4,,,s"), r": line 2, alpha_deg: got angles up to 1.2, which look"),
     (row("20,,0.4,,,s\n20.0000000001,,0.5,,,s"), r": line 3, e_n: got a second value at 20 deg"),
 ]
 

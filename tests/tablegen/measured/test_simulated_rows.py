@@ -75,15 +75,15 @@ def test_random_numbers_are_common():
     assert steps[1] == pytest.approx(steps[0], rel=0.2)
 
 
-def test_strata_do_not_depend_on_the_weights():
-    weights = {"ellipsoid": 0.1, "tetrahedron": 0.9}
-    lopsided = MIXTURE.model_copy(update={"shapes": type(MIXTURE.shapes)(**weights)})
-    uneven, even = rows(population=lopsided).strata(200), rows().strata(200)
-    np.testing.assert_allclose(uneven.shares, [0.1, 0.9])
-    np.testing.assert_array_equal(uneven.moments.mean, even.moments.mean[:, [0, 3]])
-    assert uneven.mixed().std == even.mixed([0.1, 0.0, 0.0, 0.9]).std
-    meshes = rows(population=CROWD).strata(40)
-    assert meshes.moments.mean.shape[1] == len(CROWD.strata())
+def test_shapes_have_the_same_particles_whatever_their_weights():
+    """So the mean is linear in the weights; meshes are shapes, too."""
+    means = []
+    for part in (0.0, 0.25, 1.0):
+        weights = type(MIXTURE.shapes)(ellipsoid=1.0 - part, tetrahedron=part)
+        mixed = MIXTURE.model_copy(update={"shapes": weights})
+        means.append(rows(population=mixed).moments(200).mean["e_n"][0])
+    assert means[1] == pytest.approx(0.75 * means[0] + 0.25 * means[2])
+    assert np.isfinite(rows(population=CROWD).moments(40).mean["e_n"]).all()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,76 @@
+"""Text of a calibration: the fits beside each other, and verdicts of one line each."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from tablegen.measured.result import Calibration, Fit
+from tablegen.presentation import table_lines
+
+
+def fit_lines(made: Calibration) -> Iterator[str]:
+    """Write the verdicts, the table of all fits, and what the data leave open."""
+    yield _of_means(made)
+    if made.advice:
+        yield f"{'no grains hold the means' if made.missed else 'note'}: {made.advice}"
+    yield _of_spreads(made.chosen)
+    if len(made.fits) > 1:
+        yield from _table(made)
+    yield _of_numbers(made.chosen)
+
+
+def _of_means(made: Calibration) -> str:
+    """Say how far the worst mean is off."""
+    fit, worst = made.chosen, made.chosen.means[0]
+    missed = sum(one.miss > 1.0 for one in fit.means)
+    said = f"all {len(fit.means)} held" if fit.holds else f"{missed} of {len(fit.means)} missed"
+    return (
+        f"means: {said} by {fit.grains} grains; worst {worst.column} {worst.residual:+.3f} at "
+        f"{worst.place} ({worst.tolerance:.3g} allowed)"
+    )
+
+
+def _of_spreads(fit: Fit) -> str:
+    """Say how the spreads compare; they are followed by nothing."""
+    if not fit.spreads:
+        return "spreads: none measured; they would choose the grains (--grains NAME takes others)"
+    worst = max(fit.spreads, key=lambda one: abs(math.log(one.simulated / one.measured)))
+    return (
+        f"spreads: {worst.simulated / worst.measured:.2f} times the measured one at the worst row, "
+        f"{worst.column} at {worst.place}; a measured spread holds more than shape (sizes, speeds, "
+        "wall), and near 90 degrees e_t has none"
+    )
+
+
+def _table(made: Calibration) -> Iterator[str]:
+    """Write one row for each population."""
+    rows, reasons = [], ["", *(_why(made, fit) for fit in made.fits)]
+    for fit in made.fits:
+        distance = fit.spread_distance
+        ratio = [one.simulated / one.measured for one in fit.spreads]
+        spread = "-" if math.isnan(distance) else f"{math.exp(np.mean(np.log(ratio))):.2f}"
+        rows.append((fit.grains, f"{fit.means[0].miss:.2f}", spread))
+    head = ("grains", "worst mean / tolerance", "simulated / measured spread")
+    for line, reason in zip(table_lines(head, rows), reasons, strict=True):
+        yield f"{line}  {reason}".rstrip()
+
+
+def _why(made: Calibration, fit: Fit) -> str:
+    """Say why a population is chosen or not."""
+    measured = bool(made.chosen.spreads)
+    if not fit.holds:
+        worst = fit.means[0]
+        return f"misses {worst.column} at {worst.place}"
+    if fit.grains == made.chosen.grains:
+        return "chosen: spreads nearest" if measured else "chosen: the most angular that holds"
+    return "holds; spreads farther" if measured else "holds"
+
+
+def _of_numbers(fit: Fit) -> str:
+    """Say how many numbers the data determine."""
+    known = fit.determined.sum()
+    return (
+        f"numbers: the means determine {known:.1f} of {len(fit.labels)}; smoothness decides the "
+        "rest, and standard errors are those of both together"
+    )

@@ -1,0 +1,176 @@
+"""The smoothest laws that hold measured means: bounded least squares with a penalty on roughness.
+
+Gauss and Newton with common random numbers. The weight of the penalty falls until every mean is
+held, and stops there (discrepancy principle). Source: P. C. Hansen, Rank-Deficient and Discrete
+Ill-Posed Problems (1998), ch. 7.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from tablegen.measured.free_numbers import FreeNumbers
+from tablegen.model.float_array import FloatArray
+
+#: Weights of the penalty, one after another, and most steps with each.
+_WEIGHTS, _STEPS = (10.0, 3.0, 1.0, 0.3, 0.1, 0.03, 0.01, 0.003), 4
+
+#: A mean is held by the search within this part of its tolerance: the rest is for chance.
+_WITHIN = 0.8
+
+#: Steps are tried at these lengths; one that lowers the cost by less than this part is the last.
+_LENGTHS, _GAIN = (1.0, 0.5, 0.2), 0.05
+
+#: Weights without a better worst mean, by this part at least, after which grains cannot hold it.
+_PATIENCE, _BETTER = 2, 0.97
+
+#: Samples of the rows for standard errors.
+_SAMPLES = 200
+
+#: Computes simulated less measured means over their tolerances, (m,), from coordinates (p,).
+Misses = Callable[[FloatArray], FloatArray]
+
+
+class Solution(NamedTuple):
+    """The end of a search."""
+
+    #: Coordinates (p,), misses (m,) there, and their slopes (m, p).
+    x: FloatArray
+    misses: FloatArray
+    slopes: FloatArray
+    #: Weight of the penalty.
+    weight: float
+
+    @property
+    def worst(self) -> float:
+        """Largest miss of a mean, over its tolerance."""
+        return float(np.abs(self.misses).max())
+
+
+class Penalty:
+    """Roughness of laws at coordinates, as rows of least squares."""
+
+    def __init__(self, numbers: FreeNumbers) -> None:
+        self._low, self._high, self._rows = numbers.low, numbers.high, numbers.smoothness
+        # differences are wanted to be 0, and distances from the start
+        p = numbers.start.size
+        self._wanted = np.zeros(len(self._rows))
+        self._wanted[-p:] = self._rows[-p:] @ numbers.start
+
+    def at(self, x: FloatArray) -> FloatArray:
+        """Compute all rows, (r,)."""
+        return self._rows @ x - self._wanted
+
+    def cost(self, x: FloatArray, misses: FloatArray, weight: float) -> float:
+        """Compute the sum of squares that a search lowers."""
+        return float(misses @ misses + weight * np.sum(self.at(x) ** 2))
+
+    def step(
+        self, x: FloatArray, misses: FloatArray, slopes: FloatArray, weight: float
+    ) -> FloatArray:
+        """Solve the linear problem within the bounds, (p,)."""
+        root = np.sqrt(weight)
+        matrix = np.vstack([slopes, root * self._rows])
+        wanted = -np.concatenate([misses, root * self.at(x)])
+        slack = 1e-12
+        bounds = (self._low - x - slack, self._high - x + slack)
+        return np.asarray(lsq_linear(matrix, wanted, bounds=bounds).x)
+
+    def clipped(self, x: FloatArray) -> FloatArray:
+        """Move coordinates within their bounds."""
+        return np.clip(x, self._low, self._high)
+
+    def determined(self, solution: Solution) -> FloatArray:
+        """Tell how far the data determine each coordinate, 0 to 1, and not the penalty, (p,)."""
+        by_data = solution.slopes.T @ solution.slopes
+        whole = by_data + solution.weight * self._rows.T @ self._rows
+        return np.diagonal(np.linalg.solve(whole, by_data))
+
+
+def slopes_at(numbers: FreeNumbers, misses: Misses, x: FloatArray, here: FloatArray) -> FloatArray:
+    """Compute difference quotients (m, p) by the coordinates, to the side that has room."""
+    columns = []
+    for k, step in enumerate(numbers.step):
+        moved = x.copy()
+        moved[k] += step if x[k] + step <= numbers.high[k] else -step
+        columns.append((misses(moved) - here) / (moved[k] - x[k]))
+    return np.array(columns).T
+
+
+def smoothest(numbers: FreeNumbers, misses: Misses) -> Solution:
+    """Find the smoothest laws that hold all means, or those that come nearest."""
+    penalty, x = Penalty(numbers), numbers.start
+    here = misses(x)
+    best = Solution(x, here, slopes_at(numbers, misses, x, here), _WEIGHTS[0])
+    waited, now = 0, best
+    for weight in _WEIGHTS:
+        now = _descended(numbers, misses, penalty, now._replace(weight=weight))
+        waited = 0 if now.worst < _BETTER * best.worst else waited + 1
+        best = min(best, now, key=lambda one: one.worst)
+        if best.worst <= _WITHIN or waited > _PATIENCE:
+            break
+    return best
+
+
+def _descended(numbers: FreeNumbers, misses: Misses, penalty: Penalty, now: Solution) -> Solution:
+    """Go down with one weight of the penalty until the means are held or a step gains little."""
+    weight, fresh = now.weight, False
+    for _ in range(_STEPS):
+        cost = penalty.cost(now.x, now.misses, weight)
+        step = penalty.step(now.x, now.misses, now.slopes, weight)
+        for length in _LENGTHS:
+            x = penalty.clipped(now.x + length * step)
+            there = misses(x)
+            lower = penalty.cost(x, there, weight)
+            if lower < cost:
+                break
+        else:
+            if fresh:
+                return now
+            fresh = True
+            now = now._replace(slopes=slopes_at(numbers, misses, now.x, now.misses))
+            continue
+        # slopes follow the step as Broyden has it, and are computed anew where it gains little
+        moved = x - now.x
+        off = there - now.misses - now.slopes @ moved
+        slopes = now.slopes + np.outer(off, moved) / max(float(moved @ moved), 1e-12)
+        now, fresh = Solution(x, there, slopes, weight), False
+        if now.worst <= _WITHIN:
+            return now
+        if cost - lower < _GAIN * cost:
+            now = now._replace(slopes=slopes_at(numbers, misses, x, there))
+            fresh = True
+    return now
+
+
+def polished(numbers: FreeNumbers, misses: Misses, solution: Solution, steps: int) -> Solution:
+    """Take some steps with other random numbers and the slopes of a search."""
+    penalty, best = Penalty(numbers), solution._replace(misses=misses(solution.x))
+    for _ in range(steps):
+        if best.worst <= _WITHIN:
+            break
+        step = penalty.step(best.x, best.misses, best.slopes, best.weight)
+        x = penalty.clipped(best.x + step)
+        best = min(best, best._replace(x=x, misses=misses(x)), key=lambda one: one.worst)
+    return best
+
+
+def bootstrapped(
+    numbers: FreeNumbers, solution: Solution, rows: Sequence[int], seed: int
+) -> FloatArray:
+    """Draw coordinates (samples, p) of refits to rows drawn with replacement.
+
+    A refit is one step from the solution with its slopes; ``rows`` (m,) are those of the means.
+    """
+    penalty, rng = Penalty(numbers), np.random.default_rng(seed)
+    names, of = np.unique(rows, return_inverse=True)
+    found = []
+    for _ in range(_SAMPLES):
+        times = rng.multinomial(names.size, np.full(names.size, 1.0 / names.size))
+        root = np.sqrt(times[of])
+        slopes = root[:, None] * solution.slopes
+        step = penalty.step(solution.x, root * solution.misses, slopes, solution.weight)
+        found.append(penalty.clipped(solution.x + step))
+    return np.array(found)
