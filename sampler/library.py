@@ -254,9 +254,8 @@ def _run(
         }
         where = None if before else codes.ctypes.data + start * codes.itemsize
         code = run(at, start, end - start, where)
-        if before:
-            return before
-        return Found.of(codes[start:end]) if code else nothing  # while they are in the cache
+        # while they are in the cache
+        return Found.of(codes[start:end]) if code and not before else nothing
 
     slices = list(pairwise(n * k // parts for k in range(parts + 1)))
     if threads == 1:

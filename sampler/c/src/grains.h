@@ -80,6 +80,12 @@ typedef struct rbti_grains {
     int fresh; /* whether a particle has another grain at each hit */
 } rbti_grains;
 
+/* Row k of an array of vectors that may be NULL. */
+RBTI_INLINE RBT_DEVICE const double *rbti_vector_of(const double *vectors, size_t k)
+{
+    return vectors ? vectors + 3 * k : NULL;
+}
+
 /* Row of a shape among those of the law; n_shapes if none. */
 RBTI_INLINE RBT_DEVICE int32_t rbti_row_of_shape(const rbt_spin_law *law, double code)
 {

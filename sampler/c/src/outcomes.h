@@ -140,7 +140,7 @@ RBTI_INLINE void rbti_take_spin_conditions(const rbt_table *table, const rbt_con
     const size_t m = RBTI_BLOCK;
     const double none[3] = {0.0, 0.0, 0.0};
     double *x = d->spin, *y = x + m, *z = y + m;
-    int bad = table->spin.n_shapes == 0 || given->grain;
+    int bad = given->grain != NULL;
     RBTI_EACH_DRAW(r) {
         const size_t k = first + (r < count ? r : count - 1);
         const double *spin = given->spin ? given->spin + 3 * k : none;
@@ -157,7 +157,7 @@ RBTI_INLINE void rbti_take_spin_conditions(const rbt_table *table, const rbt_con
     for (size_t r = 0; r < m && bad; r++) {
         const size_t k = first + (r < count ? r : count - 1);
         const int error = rbti_spin_error(table, d->alpha1[r], d->speed[r], x[r], y[r], z[r],
-                                          given->grain ? given->grain + 3 * k : NULL);
+                                          rbti_vector_of(given->grain, k));
         if (error < RBT_OK) {
             codes[r] = error;
             d->alpha1[r] = table->alpha.first;
@@ -172,7 +172,7 @@ RBTI_BATCH_CLONES
 static void rbti_draw_spins(const rbt_table *table, const rbt_conditions *given, size_t first,
                             size_t count, uint64_t seed, int variables, double *states, int *codes)
 {
-    const rbti_grains grains = {given->grain ? given->grain + 3 * first : NULL, seed, given->fresh};
+    const rbti_grains grains = {rbti_vector_of(given->grain, first), seed, given->fresh};
     rbti_spin_draws draws RBTI_ALIGNED;
     rbti_take_spin_conditions(table, given, first, count, &draws, codes);
     if (states)

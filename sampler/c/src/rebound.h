@@ -12,12 +12,6 @@ typedef struct rbti_hit {
     double spin[3];
 } rbti_hit;
 
-/* Row k of an array of vectors that may be NULL. */
-RBTI_INLINE RBT_DEVICE const double *rbti_vector_of(const double *vectors, size_t k)
-{
-    return vectors ? vectors + 3 * k : NULL;
-}
-
 /* Whether impacts are drawn from the spin law, not from that of first impacts. */
 RBTI_INLINE RBT_DEVICE int rbti_spins(const rbt_impacts *impacts)
 {

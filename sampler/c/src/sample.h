@@ -59,10 +59,10 @@ RBTI_INLINE RBT_DEVICE int rbti_draw_one(const rbt_table *table, double alpha1, 
 RBTI_INLINE RBT_DEVICE int rbti_draw_row(const rbt_table *table, const rbt_conditions *given,
                                          size_t k, uint64_t seed, int variables, double *state)
 {
-    const rbti_grains grains = {given->grain ? given->grain + 3 * k : NULL, seed, given->fresh};
+    const rbti_grains grains = {rbti_vector_of(given->grain, k), seed, given->fresh};
     const int spins = given->spin || given->grain;
     const int code = rbti_draw_one(table, given->alpha1[k], given->speed[k],
-                                   given->spin ? given->spin + 3 * k : NULL, seed, &grains,
+                                   rbti_vector_of(given->spin, k), seed, &grains,
                                    given->index[k], given->hit[k], spins, variables, state);
     for (int c = 0; c < variables && state && code < RBT_OK; c++)
         state[c] = rbti_nan();
