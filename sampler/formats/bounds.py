@@ -120,6 +120,10 @@ N_OUTCOMES_WITH_WORKS = 8
 #: the effective speed V_e = V sqrt(1 + INERTIA |spin|^2): no particle can leave faster.
 INERTIA = 2.0 / 3.0
 
+#: Component of the spin along the wall, sigma_x in size, below which a draw may be of either mirror
+#: image of its condition.
+FOLD = 0.1
+
 #: Smallest moment of inertia over m a^2 of any grain, and coefficients of the moments of a shape.
 LEAST_INERTIA, INERTIA_COEFFICIENT = (0.0, INERTIA), (1e-9, 1.0)
 

@@ -99,6 +99,7 @@ def spin_constants() -> str:
                 "GROUPS": bounds.N_GROUPS,
                 "GROUP_SIZE": bounds.GROUP_SIZE,
                 "INERTIA": repr(bounds.INERTIA),
+                "FOLD": repr(bounds.FOLD),
                 "LEAST_RATIO": repr(bounds.LEAST_RATIO),
                 "LEAST_FLATNESS": repr(bounds.LEAST_FLATNESS),
                 "LEAST_REST": repr(bounds.LEAST_REST),

@@ -50,8 +50,9 @@ class Rebounds(NamedTuple):
     """Rebounds of n particles.
 
     Conditions (n, 5), ratios (n, 2), states (n, 6), E (n,), the most energy before, and the
-    outcomes of the works (n, 2), or (n, 0) for a law without them. ``spheres`` are the states
-    (n, 6) of spheres whose outcomes are taken off, if any.
+    outcomes of the works (n, 2), or (n, 0) for a law without them; ``turned`` (n,) are fitted as
+    mirror images. ``spheres`` are the states (n, 6) of spheres whose outcomes are taken off, if
+    any.
     """
 
     conditions: FloatArray
@@ -59,6 +60,7 @@ class Rebounds(NamedTuple):
     states: FloatArray
     energy: FloatArray
     shares: FloatArray
+    turned: NDArray[np.bool_]
     spheres: FloatArray | None = None
 
 
@@ -76,7 +78,7 @@ class LeafArrays(NamedTuple):
 
 def _numbers(rebounds: Rebounds, speed: SpeedCoordinate) -> tuple[FloatArray, FloatArray]:
     """Compute inputs (n, 7) and outcomes (n, 6 or 8) of rebounds."""
-    q, signs = folded(coordinates(rebounds.conditions, speed))
+    q, signs = folded(coordinates(rebounds.conditions, speed), rebounds.turned)
     found = outcomes(rebounds.states, rebounds.energy)
     if rebounds.spheres is not None:
         of_spheres = outcomes(rebounds.spheres, rebounds.energy)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from sampler.formats.bounds import SPEED_COORDINATE
+from sampler.formats.bounds import FOLD, SPEED_COORDINATE
 from sampler.formats.channels import has_works
 from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner, stable_number
@@ -53,7 +53,7 @@ _TUMBLED = 3.0, 15.0
 
 
 class LeafConditions(NamedTuple):
-    """Conditions of a leaf, float32, and which are in it, (n,) bool.
+    """Conditions of a leaf, float32, which are reflected, and which are in it, (n,) bool.
 
     Conditions (n, 5), ratios (n, 2), and quaternions (n, 4) from body to wall axes; zeros: random.
     """
@@ -61,19 +61,21 @@ class LeafConditions(NamedTuple):
     conditions: NDArray[np.float32]
     ratios: NDArray[np.float32]
     orientation: NDArray[np.float32]
+    turned: NDArray[np.bool_]
     inside: NDArray[np.bool_]
 
 
 class ShapeConditions(NamedTuple):
     """Conditions of the leaves of a shape, one leaf after another, and the tree of the leaves.
 
-    The first four are those of `LeafConditions`; ``starts`` (leaves + 1,) is where each leaf
+    The first five are those of `LeafConditions`; ``starts`` (leaves + 1,) is where each leaf
     begins; the others are those of `Tree`.
     """
 
     conditions: NDArray[np.float32]
     ratios: NDArray[np.float32]
     orientation: NDArray[np.float32]
+    turned: NDArray[np.bool_]
     inside: NDArray[np.bool_]
     starts: NDArray[np.int64]
     axis: NDArray[np.int8]
@@ -88,9 +90,7 @@ class ShapeConditions(NamedTuple):
     def of_leaf(self, number: int) -> LeafConditions:
         """Conditions of one leaf."""
         part = slice(self.starts[number], self.starts[number + 1])
-        return LeafConditions(
-            self.conditions[part], self.ratios[part], self.orientation[part], self.inside[part]
-        )
+        return LeafConditions(*(column[part] for column in self[:5]))
 
 
 def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
@@ -196,9 +196,9 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
     first, parts = _grown(config, still, sizes.still_leaves, sizes.rebounds)
     second, others = _grown(config, spinning, sizes.leaves, sizes.rebounds)
     tree, parts = joined(first, len(parts), second), [*parts, *others]
-    met, ratios, turned, inside = (np.concatenate(column) for column in zip(*parts, strict=True))
+    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     starts = np.cumsum([0, *(len(part.inside) for part in parts)])
-    whole = ShapeConditions(met, ratios, turned, inside, starts, *tree)
+    whole = ShapeConditions(*columns, starts, *tree)
     watch.stage("fit")
     return {**whole._asdict(), SECONDS: watch.seconds}
 
@@ -206,20 +206,29 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
 def _grown(
     config: Config, impacts: Impacts, leaves: int, most: int
 ) -> tuple[Tree, list[LeafConditions]]:
-    """Tree of impacts, and at most ``most`` conditions of each leaf."""
+    """Tree of impacts, and at most ``most`` conditions of each leaf.
+
+    Leaves at the fold have the conditions next to it on the other side, too.
+    """
     speed = impacts.speed
     if not config.pair.restitution.depends_on_speed:
         # all at one V_e: no leaf is cut in it
         speed = config.speeds[1] / energy_factor(impacts.spin)
     conditions = np.column_stack([impacts.alpha1, speed, impacts.spin])
-    q, _ = folded(coordinates(conditions, speed_coordinate(config)))
-    tree, found = grow(q, leaves)
+    q, tilt = coordinates(conditions, speed_coordinate(config)), impacts.spin[:, 0]
+    near = np.flatnonzero((tilt != 0.0) & (np.abs(q[:, 2]) < FOLD))
+    number = np.concatenate([np.arange(len(q)), near])
+    order = np.argsort(number, kind="stable")
+    number, beyond = number[order], order >= len(q)
+    turned = (tilt[number] < 0.0) != beyond
+    tree, found = grow(folded(q[number], turned)[0], leaves, ~beyond)
     parts = []
     for leaf in found:
-        rows = leaf.rows[:most]
+        rows = number[leaf.rows[:most]]
         columns = conditions[rows], impacts.grain[rows, 1:], impacts.orientation[rows]
-        met, ratios, turned = (column.astype("f4") for column in columns)
-        parts.append(LeafConditions(met, ratios, turned, leaf.inside[:most]))
+        met, ratios, pose = (column.astype("f4") for column in columns)
+        reflected = turned[leaf.rows[:most]]
+        parts.append(LeafConditions(met, ratios, pose, reflected, leaf.inside[:most]))
     return tree, parts
 
 
@@ -234,18 +243,18 @@ def leaf_task(
     def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
         # each condition about equally often, in random order
         order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
-        met, ratios, turned = (column[order].astype("f8") for column in place[:3])
+        met, ratios, pose = (column[order].astype("f8") for column in place[:3])
         # pi/2 in single precision is above pi/2
         met[:, 0] = np.minimum(met[:, 0], math.pi / 2.0)
         grains = np.column_stack([np.full(len(met), float(shape_code)), ratios])
-        impacts = Impacts(met[:, 0], met[:, 1], met[:, 2:], turned, grains, *_keys(len(met)))
+        impacts = Impacts(met[:, 0], met[:, 1], met[:, 2:], pose, grains, *_keys(len(met)))
         left = depart(model, _turned(model, impacts, rng), _stream(key, number), threads=1)
         beta, gamma = np.square(ratios).T
         energy = 1.0 + largest * (1.0 + beta) * np.sum(met[:, 2:] ** 2, axis=1)
         shares = work_shares(left.states, left.works, energy, smallest * beta * (1.0 + gamma))
         held = shares if has_works(config.domain.columns) else shares[:, :0]
         spheres = sphere_states(config, met, ratios) if less_spheres(config) else None
-        return Rebounds(met, ratios, left.states, energy, held, spheres)
+        return Rebounds(met, ratios, left.states, energy, held, place.turned[order], spheres)
 
     around = rebounds(np.arange(len(place.conditions)), 0)
     within = rebounds(np.flatnonzero(place.inside), 1)

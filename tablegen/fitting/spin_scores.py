@@ -1,20 +1,13 @@
-"""Scores drawn from the experts of a leaf, by the kernels of a draw from a table."""
+"""Scores drawn from the experts of a leaf, as a draw from a table makes them."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import softmax
 
-from sampler.formats.bounds import GROUP_SIZE, LANES, N_FEATURES, SCORE_MAX, expert_stride
-from sampler.formats.image import expert_records, normal_table
-from tablegen.fitting.expert_kernels import (
-    choose_group,
-    choose_of_group,
-    fill_scores,
-    normal_of_word,
-)
+from sampler.formats.bounds import FACTOR_UNIT, GATE_UNIT, GROUP_SIZE, MEAN_UNIT, SCORE_MAX
 from tablegen.model.float_array import FloatArray
-from tablegen.model.jit import kernel
 
 
 class StoredExperts(NamedTuple):
@@ -30,43 +23,30 @@ class StoredExperts(NamedTuple):
     factor: NDArray[np.int16]
 
 
-@kernel
-def _draw(
-    group_gates: NDArray[np.int16],
-    gates: NDArray[np.int16],
-    experts: NDArray[np.int16],
-    stride: int,
-    features: NDArray[np.float32],
-    words: NDArray[np.uint32],
-    table: NDArray[np.float32],
-    scores: NDArray[np.float32],
-) -> None:
-    """Draw scores (n, k) at features (n * 23,) from words (n, k + 2), k outcomes."""
-    normals = np.zeros(LANES, dtype=np.float32)
-    for i in range(words.shape[0]):
-        first = i * N_FEATURES
-        group = choose_group(group_gates, 0, features, first, words[i, 0])
-        base = group * (N_FEATURES * GROUP_SIZE)
-        expert = choose_of_group(gates, base, features, first, words[i, 1])
-        for k in range(scores.shape[1]):
-            normals[k] = normal_of_word(table, words[i, 2 + k])
-        record = (group * GROUP_SIZE + expert) * stride
-        fill_scores(experts, record, features, first, normals, scores[i])
-
-
 def bounded_scores(
     stored: StoredExperts, features: FloatArray, rng: np.random.Generator
 ) -> NDArray[np.float32]:
     """Draw scores zeta (n, outcomes), from -6 to 6, of a leaf at features (n, 23)."""
     outcomes = stored.mean.shape[-1]
-    words = rng.integers(0, 2**32, (len(features), 2 + outcomes), dtype=np.uint32)
-    scores = np.empty((len(features), outcomes), dtype=np.float32)
-    records: Any = expert_records(stored.mean[None], stored.factor[None])
-    group_gates, gates = (
-        np.ascontiguousarray(part).ravel() for part in (stored.group_gate, stored.gate)
-    )
-    own = features.astype(np.float32).ravel()
-    stride = expert_stride(outcomes)
-    _draw(group_gates, gates, records, stride, own, words, normal_table(), scores)
-    bounded: NDArray[np.float32] = scores / np.sqrt(1.0 + scores**2 / np.float32(SCORE_MAX**2))
-    return bounded
+    features = features.astype(np.float32)
+    scores = rng.standard_normal((len(features), outcomes), dtype=np.float32)
+    chance = rng.random((len(features), 2), dtype=np.float32)
+    groups = _chosen(features, stored.group_gate, chance[:, 0])
+    for group in range(len(stored.gate)):
+        rows = np.flatnonzero(groups == group)
+        experts = _chosen(features[rows], stored.gate[group], chance[rows, 1])
+        for expert in np.unique(experts):
+            own, number = rows[experts == expert], group * GROUP_SIZE + expert
+            factor = np.zeros((outcomes, outcomes), dtype=np.float32)
+            factor[np.tril_indices(outcomes)] = stored.factor[number] / np.float32(FACTOR_UNIT)
+            mean = stored.mean[number] / np.float32(MEAN_UNIT)
+            scores[own] = features[own] @ mean + scores[own] @ factor.T
+    return np.asarray(scores / np.sqrt(1.0 + scores**2 / np.float32(SCORE_MAX**2)))
+
+
+def _chosen(
+    features: NDArray[np.float32], gate: NDArray[np.int16], chance: NDArray[np.float32]
+) -> NDArray[np.intp]:
+    """Choose a number for each row of features by the weights of a gate, from uniform numbers."""
+    shares = np.cumsum(softmax(features @ (gate / np.float32(GATE_UNIT)), axis=1), axis=1)
+    return np.asarray(np.sum(chance[:, None] * shares[:, -1:] >= shares[:, :-1], axis=1))

@@ -59,7 +59,6 @@ _NO_REFCOUNT: dict[str, Any] = {"_nrt": False}
 _ROOT = Path(__file__).parents[2]
 _SOURCES = (
     "tablegen/model",
-    "tablegen/fitting/expert_kernels.py",
     "sampler/formats",
     "sampler/errors.py",
 )

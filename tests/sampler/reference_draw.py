@@ -192,9 +192,10 @@ def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
     # 1. condition
     alphas, speeds = np.deg2rad(contents["spin/alpha_range_deg"]), contents["spin/speed_range"]
     factor = math.sqrt(1.0 + 2.0 / 3.0 * sum(x * x for x in spin))
-    turn = -1.0 if spin[0] < 0.0 else 1.0
     square, most = sum(x * x for x in spin), contents["spin/spin_range"][1] ** 2
     divisor = (1.0 + min(square, most)) ** 0.25 * math.sqrt(max(square / most, 1.0))
+    side = (w[0] % 256 * 256 + w[1] % 256 + 0.5) / 2**16
+    turn = 1.0 if side < 0.5 + 5.0 * spin[0] / divisor else -1.0
     sigma = np.array([turn * spin[0], turn * spin[1], spin[2]]) / divisor
     k, n = contents["spin/speed_coordinate"]
     effective = min(max(speed * factor, speeds[0]), speeds[1])

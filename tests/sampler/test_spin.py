@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from reference_draw import key_words, reference_draw, reference_grain, reference_spin_draw
 from refusals import refused
+from scipy.stats import ks_2samp
 from small_tables import works
 from spin_tables import energies, less_spheres, with_spin_law
 from synthetic_table import make_contents
 
 import sampler
 from sampler import InputError, errors
+from sampler.formats.bounds import FOLD
 
 # some of the conditions are outside of the law, on purpose
 pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
@@ -31,6 +33,22 @@ def spinning_table(**settings):
 @pytest.fixture
 def table():
     return spinning_table()
+
+
+#: Signs of a state in the mirror of the impact plane.
+MIRROR = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
+MIRRORED = 20_000
+
+
+def mirror_distance(table, spin, other):
+    """Largest Kolmogorov-Smirnov distance of draws and the mirror image of others."""
+    index = np.arange(2 * MIRRORED)
+    given = np.where(index[:, None] < MIRRORED, spin, other)
+    states = table.sample(0.5, 100.0, spin=given, seed=11, index=index, hit=1)
+    return max(
+        ks_2samp(*pair).statistic
+        for pair in zip(states[:MIRRORED].T, (states[MIRRORED:] * MIRROR).T, strict=True)
+    )
 
 
 def conditions(seed=1):
@@ -70,13 +88,23 @@ class TestSample:
 
     @pytest.mark.parametrize("contents", [CONTENTS, LESS_SPHERES])
     def test_mirror_image(self, contents):
+        """Equal bits away from the fold, sigma_x = 0, next to which chance chooses the side."""
         table = sampler.Table(contents)
         alpha1, speed, spin = conditions()
         states = table.sample(alpha1, speed, spin=spin, **KEYS)
-        mirrored = table.sample(alpha1, speed, spin=spin * [-1.0, -1.0, 1.0], **KEYS)
-        turned = spin[:, 0] != 0.0
-        signs = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
-        np.testing.assert_array_equal(mirrored[turned], (states * signs)[turned])
+        mirrored = table.sample(alpha1, speed, spin=spin * MIRROR[3:], **KEYS)
+        apart = np.abs(spin[:, 0]) > FOLD * (1.0 + np.sum(spin**2, axis=1)) ** 0.25
+        np.testing.assert_array_equal(mirrored[apart], (states * MIRROR)[apart])
+
+    def test_mirror_images_in_law(self):
+        """On the fold and within it; a law of one side alone fails, as one just beyond it."""
+        table = sampler.load("corundum-steel-compact")
+        spins = [(0.0, 1.5, 0.2), (0.0, 3.5, -1.0), (0.0, 0.0, 0.8), (0.04, 1.5, 0.2)]
+        distances = [mirror_distance(table, spin, np.array(spin) * MIRROR[3:]) for spin in spins]
+        # false-alarm rate 1e-4 of all: Kolmogorov's bound for 24 distances
+        bound = np.sqrt(np.log(2.0 * 24 / 1e-4) / MIRRORED)
+        assert max(distances) < bound
+        assert mirror_distance(table, (0.3, 1.5, 0.2), (0.3, -1.5, 0.2)) > bound
 
     def test_without_spin_nothing_changes(self, table):
         alpha1, speed, _ = conditions()

@@ -115,10 +115,12 @@ def rough_conditions(table):
     ]
 
 
-#: Angle, speed and spin: at zero spin, on both sides of the plane, outside, and what is refused.
+#: Angle, speed and spin: at zero spin, on both sides of the plane, at the fold, where chance chooses
+#: the side, outside, and what is refused.
 SPIN_DRAWS = (
     (0.5, 100.0, (0.0, 0.0, 0.0)), (0.5, 100.0, (-0.0, 1e-9, 0.0)), (0.1, 60.0, (0.3, -1.0, -0.8)),
     (0.1, 60.0, (-0.3, 1.0, -0.8)), (1.2, 250.0, (4.0, 3.0, 2.0)), (0.5 * math.pi, 20.0, (0, 0, 9)),
+    *((0.5, 100.0, (0.02 * k, 1.5, 0.2)) for k in (-4, -1, 0, 0, 0, 1, 4)),
     (1.0, 1e-3, (1e4, -2e4, 1e4)), (1.0, 1e-3, (1.0, 1.0, 1.0)), (1e-3, 900.0, (0.1, 0.2, 0.3)),
     (NAN, 100.0, REST), (0.5, 100.0, (NAN, 0, 0)), (0.5, 100.0, (0, INFINITE, 0)),
     (0.5, 100.0, (0, 0, 1e160)), (0.0, 100.0, REST), (0.0, 100.0, (NAN, 0, 0)), (0.5, 0.0, REST),

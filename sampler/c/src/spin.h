@@ -163,7 +163,9 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_spin_law *law,
     }
 }
 
-/* Conditions of the mirror image with sigma_x >= 0. */
+/* Conditions of the mirror image with sigma_x >= 0. Within RBTI_FOLD of 0 it is either image, by a
+   chance that goes from 0 to 1 across the fold: so the law is continuous there, and mirror images of a
+   condition have mirror images of one law. The chance takes 16 bits that the other steps leave. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
 {
     double effective[RBTI_BLOCK] RBTI_ALIGNED, *inputs = d->inputs;
@@ -172,12 +174,15 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
     rbti_fill_moments(m, law, d, largest);
     RBTI_EACH_DRAW(r) {
         const double sx = d->spin[r], sy = d->spin[m + r], sz = d->spin[2 * m + r];
-        const double factor = rbti_spin_factor(sx, sy, sz), turn = sx < 0.0 ? -1.0 : 1.0;
+        const double factor = rbti_spin_factor(sx, sy, sz);
         const double square = sx * sx + sy * sy + sz * sz, held = square < most ? square : most;
         /* the coordinate of a spin beyond the law is that of the largest */
         const double beyond = square > most ? sqrt(square / most) : 1.0;
         const double divisor = sqrt(sqrt(1.0 + held)) * beyond;
-        const double tx = turn * sx / divisor, ty = turn * sy / divisor, tz = sz / divisor;
+        const double tilt = sx / divisor, chance = 0.5 + tilt * (0.5 / RBTI_FOLD);
+        const uint32_t bits = (d->words[r] & 0xffu) << 8 | (d->words[m + r] & 0xffu);
+        const double turn = ((double)(int32_t)bits + 0.5) / 65536.0 < chance ? 1.0 : -1.0;
+        const double tx = turn * tilt, ty = turn * sy / divisor, tz = sz / divisor;
         double angle = d->alpha1[r] > first ? d->alpha1[r] : first;
         angle = angle < last ? angle : last;
         double speed = d->speed[r] * factor;
