@@ -115,7 +115,7 @@ def rough_conditions(table):
     ]
 
 
-#: Angle, speed and spin: at zero spin, on both sides of the plane, at the fold, where chance chooses
+#: Angle, speed and spin: at zero spin, on both sides of the plane, at the fold, where chance takes
 #: the side, outside, and what is refused.
 SPIN_DRAWS = (
     (0.5, 100.0, (0.0, 0.0, 0.0)), (0.5, 100.0, (-0.0, 1e-9, 0.0)), (0.1, 60.0, (0.3, -1.0, -0.8)),
