@@ -30,7 +30,7 @@ Grain = Literal["own", "fresh"] | ArrayLike
 #: Numbers on the last axis of some arguments: the components of a vector, a grain, a quaternion.
 VECTORS = {
     **dict.fromkeys(("velocity", "normal", "wall_velocity", "spin", "omega", "grain"), 3),
-    **{"gas_rotation": 3, "ratios": 2, "orientation": 4},
+    **{"gas_rotation": 3, "orientation": 4},
 }
 
 _KEYS = "seed=, index= and hit=, or rng= and size= in their place"

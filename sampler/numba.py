@@ -181,6 +181,8 @@ _torque = _function("rbt_gas_torque", {"omega": _VECTOR, **_GAS}, 3, types.void)
 _DECAY = {"omega": _VECTOR, "time": _NUMBER, "inertia": _NUMBER}
 _after = _function("rbt_spin_after", _DECAY | _GAS, 3, types.void)
 _half_size = _function("rbt_half_size", {"diameter": _NUMBER, "grain": _VECTOR}, 0, types.float64)
+_inertia = _function("rbt_inertia", {"grain": _VECTOR}, 0, types.float64)
+_sphericity = _function("rbt_sphericity", {"grain": _VECTOR}, 0, types.float64)
 _IMPACT = {"velocity": _VECTOR, "normal": _VECTOR, "critical_speed": _NUMBER}
 _deposits = _function("rbt_deposits", _IMPACT | {"wall_velocity": _OPTIONAL}, 0)
 
@@ -316,6 +318,18 @@ def grain(handle: int, seed: int, index: int, hit: int | None = None) -> Vector:
 def half_size(diameter: float, grain: Vector) -> float:
     """Compute the largest half-size of a grain as large as a sphere, m; 0 of a mesh."""
     return _half_size(diameter, grain)[0]
+
+
+@numba.njit(nogil=True)
+def inertia(grain: Vector) -> float:
+    """Compute the mean moment of inertia of a grain over m a^2; 0 of a mesh."""
+    return _inertia(grain)[0]
+
+
+@numba.njit(nogil=True)
+def sphericity(grain: Vector) -> float:
+    """Compute the surface of the sphere of equal volume over that of a grain; 0 of a mesh."""
+    return _sphericity(grain)[0]
 
 
 @numba.njit(nogil=True)

@@ -127,6 +127,10 @@ def note(program: str, line: str) -> None:
     click.echo(f"{program}: note: {_one_line(line)}", err=True)
 
 
+#: Whether an output may be replaced, in the ``meta`` of a context.
+_OVERWRITE = "overwrite"
+
+
 class OutputFile(click.ParamType):
     """File that can be written, checked before any work is done."""
 
@@ -138,8 +142,11 @@ class OutputFile(click.ParamType):
             path = check_output(value)
         except InputError as error:
             self.fail(str(error).removeprefix("output: "), param, ctx)
-        if param is not None and param.metavar == "F.npz" and path.suffix != ".npz":
-            self.fail(f"got {value}, allowed: a name in .npz, which numpy.load reads", param, ctx)
+        suffix = Path(str(param.metavar)).suffix if param is not None else ""
+        if suffix and path.suffix != suffix:
+            self.fail(f"got {value}, allowed: a name in {suffix}", param, ctx)
+        if ctx is not None and ctx.meta.get(_OVERWRITE) is False and path.exists():
+            self.fail(f"got {value}, which exists, allowed: a new name, or --overwrite", param, ctx)
         return path
 
 
@@ -234,9 +241,23 @@ def json_file(help_text: str) -> Callable[[Decorated], Decorated]:
     return click.option("--json", "json_file", type=OUTPUT, metavar="F", help=help_text)
 
 
-def output(metavar: str, help_text: str = "File to write.") -> Callable[[Decorated], Decorated]:
-    """Add ``output`` to a command: the file that it writes, which must be given."""
-    return click.option("--output", required=True, type=OUTPUT, metavar=metavar, help=help_text)
+def output(
+    metavar: str, help_text: str = "File to write.", *, keeps: bool = False
+) -> Callable[[Decorated], Decorated]:
+    """Add ``output`` to a command: the file that it writes, which must be given.
+
+    A command that works long ``keeps`` a file that exists, but with ``--overwrite``.
+    """
+    named = click.option("--output", required=True, type=OUTPUT, metavar=metavar, help=help_text)
+    flag = click.option(
+        "--overwrite",
+        is_flag=True,
+        is_eager=True,
+        expose_value=False,
+        callback=lambda ctx, _, value: ctx.meta.update({_OVERWRITE: value}),
+        help="Replace an output that exists.",
+    )
+    return (lambda command: named(flag(command))) if keeps else named
 
 
 def seed(help_text: str) -> Callable[[Decorated], Decorated]:

@@ -21,7 +21,7 @@ from sampler.library import library
 Reals = NDArray[np.float64]
 
 #: Arguments, but vectors, that may be 0.
-_FROM_ZERO = ("time", "viscosity", "shape", "critical_speed", "ra", "rq")
+_FROM_ZERO = ("time", "viscosity", "critical_speed", "ra", "rq")
 
 _AT_REST = (0.0, 0.0, 0.0)
 
@@ -107,33 +107,52 @@ def spin_after(
     return _by_rows("rbt_spin_after_rows", 3, **given, **gas)
 
 
-def half_size(diameter: ArrayLike, shape: str | ArrayLike, ratios: ArrayLike) -> Reals:
+def half_size(diameter: ArrayLike, grain: ArrayLike) -> Reals:
     """Compute the largest half-size a of grains with the volume of a sphere, m.
 
     Parameters
     ----------
     diameter : float or array, shape (...)
         Of the sphere, m.
-    shape : str, or int or array of int, shape (...)
-        "ellipsoid", "prism", "truncated-prism", "tetrahedron" or "sphere", or their codes, the
-        first column of `Table.grains`. Meshes are refused: no table has their volume.
-    ratios : array, shape (..., 2)
-        b/a and c/b, above 0 and at most 1: the other columns of `Table.grains`.
+    grain : array, shape (..., 3)
+        Shape code, b/a and c/b, as `Table.grains` gives them. Meshes are refused: no table has
+        their volume.
 
     Returns
     -------
     float64 array, shape (...)
     """
-    known = ", ".join(f"{SHAPE_CODES[name]} {name}" for name in SHAPE_NAMES)
-    codes = as_rows_of("shape", SHAPE_CODES.get(shape, -1) if isinstance(shape, str) else shape)
-    refused = ~np.isin(codes, [SHAPE_CODES[name] for name in SHAPE_NAMES])
-    if refused.any():
-        refuse("shape", shape if isinstance(shape, str) else f"{codes[refused][0]:g}", known)
-    parts = as_rows_of("ratios", ratios)
-    refused = ~((parts > 0.0) & (parts <= 1.0))
-    if refused.any():
-        refuse("ratios", f"{parts[refused][0]:.9g}", "b/a and c/b, above 0 and at most 1")
-    return _by_rows("rbt_half_size_rows", diameter=diameter, shape=codes, ratios=parts)
+    return _by_rows("rbt_half_size_rows", diameter=diameter, grain=_known(grain))
+
+
+def inertia(grain: ArrayLike) -> Reals:
+    """Compute the mean moment of inertia of grains over m a^2, as `spin_after` needs it.
+
+    ``grain`` is as in `half_size`; the result has shape (...).
+    """
+    return _by_rows("rbt_inertia_rows", grain=_known(grain))
+
+
+def sphericity(grain: ArrayLike) -> Reals:
+    """Compute the surface of the sphere of equal volume over that of grains, for laws of drag.
+
+    ``grain`` is as in `half_size`; the result has shape (...). Source of the law of ellipsoids:
+    Carlson, Numer. Algorithms 10 (1995) 13-26.
+    """
+    return _by_rows("rbt_sphericity_rows", grain=_known(grain))
+
+
+def _known(grain: ArrayLike) -> Reals:
+    """Coerce grains; refuse meshes, and ratios that no grain has."""
+    rows = as_finite("grain", grain)
+    codes, ratios = rows[..., 0], rows[..., 1:]
+    held = np.isin(codes, [SHAPE_CODES[name] for name in SHAPE_NAMES])
+    held &= ((ratios > 0.0) & (ratios <= 1.0)).all(axis=-1)
+    if not held.all():
+        known = ", ".join(f"{SHAPE_CODES[name]} {name}" for name in SHAPE_NAMES)
+        given = ", ".join(f"{x:.9g}" for x in rows[~held][0])
+        refuse("grain", given, f"a code ({known}), and b/a and c/b above 0 and at most 1")
+    return rows
 
 
 def critical_speed(

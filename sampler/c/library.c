@@ -29,14 +29,22 @@ void rbt_spin_after_rows(size_t n, const double *omega, const double *time, cons
                        gas_rotation + 3 * k, new_omega + 3 * k);
 }
 
-/* Ratios: 2 n, b/a and c/b. */
-void rbt_half_size_rows(size_t n, const double *diameter, const double *shape, const double *ratios,
-                        double *half_size)
+void rbt_half_size_rows(size_t n, const double *diameter, const double *grain, double *half_size)
 {
-    for (size_t k = 0; k < n; k++) {
-        const double grain[3] = {shape[k], ratios[2 * k], ratios[2 * k + 1]};
-        half_size[k] = rbt_half_size(diameter[k], grain);
-    }
+    for (size_t k = 0; k < n; k++)
+        half_size[k] = rbt_half_size(diameter[k], grain + 3 * k);
+}
+
+void rbt_inertia_rows(size_t n, const double *grain, double *inertia)
+{
+    for (size_t k = 0; k < n; k++)
+        inertia[k] = rbt_inertia(grain + 3 * k);
+}
+
+void rbt_sphericity_rows(size_t n, const double *grain, double *sphericity)
+{
+    for (size_t k = 0; k < n; k++)
+        sphericity[k] = rbt_sphericity(grain + 3 * k);
 }
 
 void rbt_deposits_rows(size_t n, const double *velocity, const double *normal,

@@ -328,6 +328,8 @@ def read_table(path: str | Path) -> TableContents:
     """
     try:
         source = check_input("table", path)
+        if source.suffix == ".rbt":
+            raise TableError("got a binary table, for C and Fortran, allowed: a table in .h5")
         with h5py.File(source, "r") as file:
             attributes = _read_attributes(file)
             datasets = _read_datasets(file)

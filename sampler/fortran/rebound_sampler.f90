@@ -28,7 +28,7 @@ module rebound_sampler
   public :: rbt_covered, rbt_has_spin_law, rbt_components, rbt_pair
   public :: rbt_sample, rbt_rebound, rbt_grains
   public :: rbt_wall_tilt, rbt_gas_torque, rbt_spin_after
-  public :: rbt_half_size, rbt_mean_half_size, rbt_deposits
+  public :: rbt_half_size, rbt_inertia, rbt_sphericity, rbt_mean_half_size, rbt_deposits
 
   ! Codes, and places of the variables in a state; by `python -m sampler.formats.generated_code`.
   ! begin constants
@@ -183,6 +183,20 @@ module rebound_sampler
       real(c_double), intent(in) :: grain(3)
       real(c_double) :: half_size
     end function rbt_half_size
+
+    ! Mean moment of inertia of a grain over m a**2; 0: not known.
+    function rbt_inertia(grain) result(inertia) bind(c)
+      import :: c_double
+      real(c_double), intent(in) :: grain(3)
+      real(c_double) :: inertia
+    end function rbt_inertia
+
+    ! Surface of the sphere of equal volume over that of a grain; 0: not known.
+    function rbt_sphericity(grain) result(sphericity) bind(c)
+      import :: c_double
+      real(c_double), intent(in) :: grain(3)
+      real(c_double) :: sphericity
+    end function rbt_sphericity
 
     ! Whether a particle stays on the wall, 1 or 0; ask before the draw.
     function rbt_deposits(velocity, normal, critical_speed, wall_velocity) result(stays) bind(c)

@@ -151,5 +151,5 @@ def test_fortran_knows_sizes_and_deposits(tmp_path):
     program = toolchain.build_fortran([tmp_path / "wall.f90"], tmp_path)
     found = [float(x) for x in toolchain.run(program, VECTORS / "spin.rbt").split()]
     table = sampler.load(VECTORS / "spin.h5")
-    sizes = sampler.half_size(2.0, "prism", (0.8, 0.7)), table.mean_half_size(2.0)
+    sizes = sampler.half_size(2.0, (1, 0.8, 0.7)), table.mean_half_size(2.0)
     np.testing.assert_allclose(found, [*sizes, 1.0, 0.0], rtol=1e-14)

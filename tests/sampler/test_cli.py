@@ -15,7 +15,16 @@ import sampler
 from sampler.errors import InputError
 from sampler.files import available, find_config, find_table
 from sampler.formats.binary_layout import field_offset
-from sampler.options import BAD_INPUT, FAILED, OUTPUT, TABLE, Command, Program, run_program
+from sampler.options import (
+    BAD_INPUT,
+    FAILED,
+    OUTPUT,
+    TABLE,
+    Command,
+    Program,
+    output,
+    run_program,
+)
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
 
@@ -76,6 +85,20 @@ def test_an_output_is_no_input(tmp_path, capsys):
         assert named in capsys.readouterr().err
     assert run_program(program, ["work", str(path), "--output", str(tmp_path / "b")]) == 0
     assert path.read_bytes() == b"kept"
+
+
+def test_an_output_has_its_suffix_and_is_kept(tmp_path, capsys):
+    @click.command("work", cls=Command, epilog="")
+    @output("T.h5", keeps=True)
+    def work(output):
+        click.echo("done")
+
+    program, path = Program("prog", commands=[work]), tmp_path / "t.h5"
+    path.write_bytes(b"kept")
+    for named in (path, tmp_path / "t.txt"):
+        assert run_program(program, ["work", "--output", str(named)]) == BAD_INPUT
+        assert "--output: got" in capsys.readouterr().err
+    assert run_program(program, ["work", "--output", str(path), "--overwrite"]) == 0
 
 
 @both

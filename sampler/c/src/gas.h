@@ -81,6 +81,51 @@ RBT_API RBT_DEVICE double rbt_half_size(double diameter, const double grain[3])
     return volume > 0.0 ? 0.5 * diameter * cbrt(4.0 / 3.0 * RBTI_PI / volume) : 0.0;
 }
 
+RBT_API RBT_DEVICE double rbt_inertia(const double grain[3])
+{
+    const double squares[5] = {0.2, 1.0 / 3.0, 0.3191877964358231, 0.2, 0.2}; /* mean of x^2 / a^2 */
+    const double b = grain[1], c = b * grain[2];
+    if (!(rbti_volume(grain[0]) > 0.0))
+        return 0.0;
+    return 2.0 / 3.0 * squares[(int)grain[0]] * (1.0 + b * b + c * c);
+}
+
+/* Surface of an ellipsoid with half-axes 1, b, c over 4 pi: R_G(b^2, c^2, b^2 c^2), by duplication of
+   R_F and R_D. Source: Carlson, Numer. Algorithms 10 (1995) 13-26, eqs 1.5 to 1.7 and 2.1 to 2.24. */
+RBTI_INLINE RBT_DEVICE double rbti_ellipsoid_surface(double b, double c)
+{
+    const double first = b * b, second = b * b * c * c, last = c * c; /* the last lies between */
+    double x = first, y = second, z = last, sum = 0.0, share = 1.0;
+    for (int k = 0; k < 28; k++) {
+        const double root = sqrt(x * y) + sqrt(y * z) + sqrt(z * x);
+        sum += share / (sqrt(z) * (z + root));
+        share *= 0.25;
+        x = 0.25 * (x + root);
+        y = 0.25 * (y + root);
+        z = 0.25 * (z + root);
+    }
+    const double f = 1.0 / sqrt(z), d = 3.0 * sum + share / (z * sqrt(z));
+    return 0.5 * (last * f - (first - last) * (second - last) * d / 3.0 +
+                  sqrt(first * second / last));
+}
+
+RBT_API RBT_DEVICE double rbt_sphericity(const double grain[3])
+{
+    const double b = grain[1], c = b * grain[2], faces = b + b * c + c; /* of a box, over 8 */
+    const double across = sqrt(b * b + c * c + b * b * c * c), cut = 0.5857864376269049;
+    const double half = rbt_half_size(2.0, grain);
+    double surface = 8.0 * across; /* of a tetrahedron, with half-edges 1, b, c of the box */
+    if (!(half > 0.0))
+        return 0.0;
+    if (grain[0] == 0.0 || grain[0] == 4.0)
+        surface = 4.0 * RBTI_PI * rbti_ellipsoid_surface(b, c);
+    else if (grain[0] == 1.0)
+        surface = 8.0 * faces;
+    else if (grain[0] == 2.0)
+        surface = 8.0 * faces * (1.0 - 0.5 * cut * cut) + 4.0 * cut * cut * across;
+    return 4.0 * RBTI_PI / (half * half * surface);
+}
+
 /* Mean of a power of a drawn ratio, at 256 midpoints: within 1e-6. */
 RBTI_INLINE RBT_DEVICE double rbti_mean_power(const double law[4], double power)
 {

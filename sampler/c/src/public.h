@@ -320,9 +320,15 @@ RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, doubl
 /* -- sizes, and particles that stay on the wall --
 
    Largest half-size, m, of a grain (rbt_grain) whose volume is that of a sphere of a diameter, m; 0: a
-   mesh, whose volume nobody knows. And its mean over the particles of a table; 0: a table without a
-   spin law, or with meshes. */
+   mesh, whose volume nobody knows. */
 RBT_API RBT_DEVICE double rbt_half_size(double diameter, const double grain[3]);
+
+/* Mean moment of inertia of a grain over m a^2, for rbt_spin_after, and sphericity, the surface of the
+   sphere of equal volume over that of the grain, for laws of drag; 0: a mesh. */
+RBT_API RBT_DEVICE double rbt_inertia(const double grain[3]);
+RBT_API RBT_DEVICE double rbt_sphericity(const double grain[3]);
+
+/* Mean of rbt_half_size over the particles of a table; 0: one without a spin law, or with meshes. */
 RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diameter);
 
 /* Whether a particle that meets a wall stays there: 1, if it approaches at less than a critical normal

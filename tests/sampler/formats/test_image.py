@@ -9,9 +9,11 @@ from binary_reader import read_binary
 from spin_tables import with_spin_law
 from synthetic_table import make_contents
 
+from sampler.errors import TableError
 from sampler.formats.binary_layout import ALIGNMENT, ARRAYS, HEADER_DTYPE, field_offset
 from sampler.formats.bounds import LANES
 from sampler.formats.image import expert_records, header_of, table_image, write_binary_table
+from sampler.table import load
 
 pytestmark = pytest.mark.processor
 
@@ -66,6 +68,8 @@ def test_a_spin_law_is_in_the_file(contents, tmp_path):
     spinning = with_spin_law(contents, codes=(0, 3, 6))
     spinning.datasets["spin/shape_weights"][:] = 0.25, 0.0, 0.75
     write_binary_table(tmp_path / "t.rbt", spinning)
+    with pytest.raises(TableError, match="binary table"):
+        load(tmp_path / "t.rbt")
     header, arrays = read_binary(tmp_path / "t.rbt")
     assert (header["n_shapes"], header["n_nodes"]) == (2, spinning["spin/node_axis"].size)
     assert arrays["shape_codes"].tolist() == [0, 6]
