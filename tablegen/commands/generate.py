@@ -114,6 +114,8 @@ def generate(
         if pool is None:  # another rank than the first, whose work is done
             return DONE
         settings = load_config(config)
+        for line in settings.doubts():
+            note("tablegen", line)
         made = generate_table(
             settings,
             output,

@@ -91,8 +91,9 @@ def simulate(
     condition = make_condition(
         math.radians(alpha), speed, spin, *numerics, omega or config.domain.omega
     )
-    if warning := config.pair.extrapolation(speed):
-        note("tablegen", warning)
+    speeds = config.pair.extrapolation(speed)
+    for line in [*config.doubts(), *([speeds] if speeds else [])]:
+        note("tablegen", line)
     task = config.pair, population, condition, count
     result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)
     fields = ("state", "collisions", "shape", "mesh", "aspect", "energy", "work")

@@ -66,6 +66,8 @@ def _described(problem: ErrorDetails, record: type[BaseModel]) -> tuple[str, str
         key = context["discriminator"].strip("'")
         path, given = f"{path}.{key}", given.get(key, MISSING)
         allowed = ", ".join(repr(tag) for member in inside for tag in _tags(member))
+    elif kind in ("tuple_type", "list_type"):
+        allowed = "a list, [ ... ]"
     elif kind == "missing":
         given, allowed = MISSING, "a value"
     if given is MISSING:

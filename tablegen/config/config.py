@@ -51,6 +51,10 @@ _OUT_OF_PLANE = ("w", "omega_x", "omega_y")
 _SLOWED = 0.02
 
 
+#: A largest angle below this many degrees is doubted.
+_LIKE_RADIANS = 2.0
+
+
 class Domain(Record):
     """Impact angles (degrees from the wall) and speeds (m/s) that a table covers."""
 
@@ -188,6 +192,21 @@ class Config(Record):
         """Largest distances that the spin law declares."""
         preset = {"preset": self.accuracy.preset}
         return self.spin_accuracy or SpinTargets.model_validate(preset)
+
+    def doubts(self) -> list[str]:
+        """Say which values are allowed but look like mistakes, a line each."""
+        lines, domain = [], self.domain
+        if domain.alpha_deg[1] < _LIKE_RADIANS:
+            lines.append(f"domain.alpha_deg: {shown(domain.alpha_deg)} degrees look like radians")
+        deviation = getattr(self.population.aspect, "standard_deviation", 0.0)
+        if deviation > 1.0:
+            lines.append(
+                f"population.aspect.standard_deviation: {deviation:g} is more than any ratio"
+            )
+        for name, limit in self.accuracy.model_dump(exclude={"preset"}).items():
+            if limit > 1.0:
+                lines.append(f"accuracy.{name}: any table is within {limit:g}")
+        return lines
 
     @property
     def speeds(self) -> tuple[float, float]:

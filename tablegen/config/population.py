@@ -61,7 +61,9 @@ class TruncatedNormalAspect(Record):
     def _range_holds_probability(self) -> Self:
         low, high = self._ends()
         if not high - low >= _LEAST_MASS:
-            allowed = f"a range that holds at least {_LEAST_MASS:g} of the normal law"
+            allowed = (
+                f"a range that holds {_LEAST_MASS:g} of the law with mean {self.mean:g} or more"
+            )
             raise refusal("range", self.range, allowed)
         return self
 

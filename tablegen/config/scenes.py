@@ -1,9 +1,11 @@
 """Trees of TOML tables: read from text, and a scene's changes laid over a pair's."""
 
+import re
 import tomllib
+from copy import deepcopy
 from typing import Any
 
-from sampler.errors import InputError
+from sampler.errors import InputError, shortened
 
 #: Content of a TOML table.
 Tree = dict[str, Any]
@@ -18,9 +20,13 @@ _NODES_OF_RANGE = {"alpha_deg": "alpha_nodes_deg", "speed": "speed_nodes"}
 def parse_toml(text: str, origin: str) -> Tree:
     """Parse a TOML text; raises `InputError`, which begins with `origin`, for any other text."""
     try:
-        return tomllib.loads(text)
+        tree = tomllib.loads(text)
+        deepcopy(tree)  # a RecursionError here and not later, of tables in tables without end
+        return tree
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{origin}: not valid TOML: {error}") from error
+        lines, number = text.splitlines(), re.search(r"at line (\d+)", str(error))
+        words = f", {shortened(lines[int(number[1]) - 1].strip())}" if number else ""
+        raise InputError(f"{origin}: not valid TOML: {error}{words}") from error
 
 
 def merged(base: Tree, changes: Tree) -> Tree:

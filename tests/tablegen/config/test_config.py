@@ -172,6 +172,9 @@ class TestUnusableFiles:
         assert line.startswith("not valid TOML: ")
         assert "at line 25, column" in line
 
+    def test_tables_in_tables_end(self):
+        assert "recursion" in refused(".".join(["a"] * 3000) + " = 1")
+
     def test_encodings(self, tmp_path):
         path = tmp_path / "my.toml"
         path.write_bytes(b'name = "\xff"')
