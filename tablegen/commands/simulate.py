@@ -121,6 +121,7 @@ def _chosen_particles(
         raise InputError(f"aspect: got {list(aspect)} with --particle, allowed with --shape only")
     mesh = read_mesh(particle)
     if not mesh.is_convex:
-        ratio = f"{1.0 / mesh.solidity:.4g} times its volume"
-        note("tablegen", f"{mesh.name} is not convex; its convex hull, of {ratio}, is simulated")
+        size = f", of {1.0 / mesh.solidity:.4g} times its volume," if mesh.solidity else ""
+        kind = "not convex" if mesh.solidity else "no closed surface"
+        note("tablegen", f"{mesh.name} is {kind}; its convex hull{size} is simulated")
     return population.of_mesh(mesh)

@@ -70,25 +70,26 @@ class MeshFile:
     name: str
     #: Corners of the convex hull, in units and axes of the file.
     vertices: Vertices
-    #: Volume of the mesh over that of its convex hull: 1 for a convex mesh.
-    solidity: float
+    #: Volume of the mesh over that of its convex hull, 1 for a convex mesh; None: a surface that is
+    #: open, or whose faces do not agree on a side, encloses none.
+    solidity: float | None
 
     @property
     def is_convex(self) -> bool:
         """Whether the hull adds less than a thousandth of its volume to the mesh."""
-        return self.solidity > CONVEX
+        return self.solidity is not None and self.solidity > CONVEX
 
 
 def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
-    """Read an STL, OBJ or PLY file with a closed surface, and take its convex hull.
+    """Read an STL, OBJ or PLY file, and take the convex hull of its surface.
 
-    Raises `InputError` if the file is missing or cannot be read, or the mesh is empty, open, flat,
-    has faces that are turned inside out, a size outside of `MESH_SIZE`, or too many corners.
+    Raises `InputError` if the file is missing or cannot be read, or the mesh is empty or flat, has a
+    size outside of `MESH_SIZE`, or too many corners.
     """
     path = Path(path)
     points, faces = _triangles(path)
     if len(faces) == 0:
-        raise _refused(path, "which has no faces", "a closed surface")
+        raise _refused(path, "which has no faces", "a surface")
     if problem := _size_problem(points):
         raise _refused(path, f"with {problem}", _SIZES)
     try:
@@ -99,10 +100,11 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
         given = f"whose convex hull has {len(corners)} vertices"
         raise _refused(path, given, f"up to {MOST_VERTICES}")
     size = np.ptp(points, axis=0).max()
-    volume = _enclosed_volume(path, points / size, faces)
+    volume = _enclosed_volume(points / size, faces)
     hull = ConvexHull((corners - corners.mean(axis=0)) / size)
     vertices: Vertices = tuple(map(tuple, corners.tolist()))
-    return MeshFile(path.name, vertices, volume / mass_of(hull).volume)
+    solidity = None if volume is None else volume / mass_of(hull).volume
+    return MeshFile(path.name, vertices, solidity)
 
 
 def mesh_particle(vertices: ArrayLike) -> MeshParticle:
@@ -184,17 +186,15 @@ def _triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
     return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
 
 
-def _enclosed_volume(path: Path, points: FloatArray, faces: NDArray[np.int64]) -> float:
-    """Compute the volume within a surface of unit size; refuse one that is not closed."""
+def _enclosed_volume(points: FloatArray, faces: NDArray[np.int64]) -> float | None:
+    """Compute the volume within a surface of unit size, if it encloses one."""
     import trimesh
 
     # trimesh merges vertices by an absolute distance, so the size matters
     surface = trimesh.Trimesh(points - points.mean(axis=0), faces, process=True)
     surface.update_faces(surface.nondegenerate_faces())
-    if not surface.is_watertight:
-        raise _refused(path, "which is open", "a closed surface, each edge shared by two faces")
-    if not surface.is_winding_consistent:
-        raise _refused(path, "with faces turned inside out", "faces that all face outward")
+    if not (surface.is_watertight and surface.is_winding_consistent):
+        return None
     return float(abs(np.linalg.det(surface.triangles).sum()) / 6.0)
 
 
