@@ -83,8 +83,8 @@ class MeshFile:
 def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     """Read an STL, OBJ or PLY file, and take the convex hull of its surface.
 
-    Raises `InputError` if the file is missing or cannot be read, or the mesh is empty or flat, has a
-    size outside of `MESH_SIZE`, or too many corners.
+    Raises `InputError` if the file is missing or cannot be read, or the mesh is empty or flat, or
+    has a size outside of `MESH_SIZE` or too many corners.
     """
     path = Path(path)
     points, faces = _triangles(path)
