@@ -95,7 +95,11 @@ def build(work):
 
 
 def settings(**changed):
-    """Text of rebound_wall.cfg: the file that is shipped, with values changed or added."""
+    """Text of rebound_wall.cfg: the file that is shipped, with values changed or added.
+
+    The gas has no torque unless it is named.
+    """
+    changed = {"gas_torque": 0, **changed}
     lines = (SOURCES / "src" / "rebound_wall.cfg").read_text(encoding="utf-8").splitlines()
     kept = [line for line in lines if not line.startswith(tuple(changed))]
     return "\n".join([*kept, *(f"{name} {value}" for name, value in changed.items()), ""])

@@ -153,6 +153,8 @@ static void check_table(rebound_settings_t *settings, const rbt_table *table)
         settings->half_size = has_spin ? rbt_mean_half_size(table, 1.0) : 0.5;
     if (settings->half_size == 0.0)
         refuse("half_size", "none", "a positive number, for a table with meshes");
+    if (settings->gas_torque < 0.0) /* not given */
+        settings->gas_torque = settings->spin;
     if (!settings->spin && settings->gas_torque > 0.0)
         refuse("gas_torque", "a positive number", "0, where no spin is kept");
 }
@@ -181,7 +183,7 @@ static void check_profile(const rebound_settings_t *settings)
 
 struct rbt_table *rebound_settings_read(rebound_settings_t *settings)
 {
-    const rebound_settings_t defaults = {.spin = SPIN_IF_POSSIBLE};
+    const rebound_settings_t defaults = {.spin = SPIN_IF_POSSIBLE, .gas_torque = -1.0};
     rbt_table *table = NULL;
     *settings = defaults;
     read_file(settings);

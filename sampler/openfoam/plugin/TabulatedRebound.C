@@ -123,7 +123,8 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
 template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::followSpin()
 {
-    const scalar gasTorque = this->coefficients().template lookupOrDefault<scalar>("gasTorque", 0);
+    const scalar gasTorque =
+        this->coefficients().template lookupOrDefault<scalar>("gasTorque", keepsSpin_ ? 1 : 0);
 
     if (!(gasTorque >= 0) || (!keepsSpin_ && gasTorque > 0))
     {
