@@ -68,6 +68,10 @@ class DirectModel:
     orientation determine a rotation; with ``domain.omega = "departure"`` they are those of the
     instant.
 
+    The torque of the gas acts on the mean: take `sampler.spin_after` over a time step, then
+    `tumble` by the new one. A batch may mix first and later hits: give a first hit zeros as omega
+    and a random orientation, as ``scipy.spatial.transform.Rotation.random`` makes.
+
     Parameters
     ----------
     config : Config
