@@ -159,12 +159,11 @@ def _agreements(
     means, spreads = {}, {}
     for name, (mean, std) in measured.moments.items():
         if np.isfinite(mean).any():
-            error = std / np.sqrt(measured.count)
+            errors = measured.errors(name)
             ours = simulated.mean[name], simulated.mean_error[name]
-            means[name] = Agreement(mean, error, *ours)
-            # the error of a spread is taken to be that of a normal law
+            means[name] = Agreement(mean, errors.mean, *ours)
             ours = simulated.std[name], simulated.std_error[name]
-            spreads[name] = Agreement(std, error / np.sqrt(2.0), *ours)
+            spreads[name] = Agreement(std, errors.std, *ours)
     return means, spreads
 
 

@@ -1,6 +1,7 @@
 """Text of a calibration: the fits beside each other, and verdicts of one line each."""
 
 import math
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -68,9 +69,27 @@ def _why(made: Calibration, fit: Fit) -> str:
 
 
 def _of_numbers(fit: Fit) -> str:
-    """Say how many numbers the data determine."""
-    known = fit.determined.sum()
+    """Name the numbers that the data leave open."""
+    found: dict[str, list[str]] = {}
+    for label, known in zip(fit.labels, fit.known, strict=True):
+        if not known:
+            name, place = _in_words(fit, label)
+            found.setdefault(name, []).append(place)
+    if not found:
+        return "numbers: the means determine all"
+    names = (f"{name}{' at ' * any(at)}{', '.join(at)}" for name, at in found.items())
     return (
-        f"numbers: the means determine {known:.1f} of {len(fit.labels)}; smoothness decides the "
-        "rest, and standard errors are those of both together"
+        f"numbers: the means leave open {'; '.join(names)}; smoothness or a bound decides "
+        "these, and they have no standard error"
     )
+
+
+def _in_words(fit: Fit, label: str) -> tuple[str, str]:
+    """Say what a number is, and at which angle and speed of its law."""
+    _, section, field = label.split(".")
+    name, *places = re.findall(r"\w+", field)
+    law, words = getattr(fit.config.pair, section), f"{section} {name}".replace("_", " ")
+    axes = (getattr(law, axis, None) or () for axis in ("angle_deg", "speed"))
+    units = zip(places, axes, ("°", " m/s"), strict=False)
+    at = " and ".join(f"{axis[int(k)]:g}{unit}" for k, axis, unit in units if len(axis) > int(k))
+    return words.removesuffix(" value"), at

@@ -51,12 +51,11 @@ def make_targets(data: Measurements) -> Targets:
     found = []
     for row, alpha in enumerate(data.alpha_deg):
         for name, quantity in QUANTITIES.items():
-            mean, std = (float(part[row]) for part in data.moments[name])
+            mean, error = float(data.moments[name].mean[row]), data.errors(name).mean[row]
             # by symmetry there is no mean out of the plane
             if np.isfinite(mean) and name != "out_of_plane_deg" and _has(name, alpha):
-                counted = 2.0 * std / np.sqrt(data.count[row])
-                most = counted if np.isfinite(counted) else 0.0
-                found.append((row, name, mean, max(quantity.tolerance, most)))
+                tolerance = float(np.fmax(quantity.tolerance, 2.0 * error))
+                found.append((row, name, mean, tolerance))
     if not found:
         words = f"a mean of {', '.join(QUANTITIES)} (e_t: below {_STEEP:g} degrees)"
         raise InputError(f"{data.name}: got no mean to follow, allowed: {words}")
@@ -121,21 +120,34 @@ class Fitter:
 
     def _compared(self, simulated: SimulatedMoments) -> Iterator[ComparedNumber]:
         """Put measured means and spreads beside simulated ones."""
-        targets, data = self.targets, self.data.moments
-        for row, name, allowed in zip(
-            targets.rows, targets.quantities, targets.tolerance.tolist(), strict=True
-        ):
-            parts = data[name].mean, simulated.mean[name], simulated.mean_error[name]
-            measured, value, chance = (float(x[row]) for x in parts)
-            yield ComparedNumber(*self._place(row), name, measured, value, chance, allowed)
-        for name, moments in data.items():
+        targets = self.targets
+        followed = zip(targets.rows, targets.quantities, targets.tolerance.tolist(), strict=True)
+        for row, name, allowed in followed:
+            yield self._number(simulated, row, name, "mean", allowed)
+        for name, moments in self.data.moments.items():
             for row, alpha in enumerate(self.data.alpha_deg):
                 if np.isfinite(moments.std[row]) and _has(name, alpha):
-                    parts = moments.std, simulated.std[name], simulated.std_error[name]
-                    measured, value, chance = (float(x[row]) for x in parts)
-                    yield ComparedNumber(*self._place(row), name + SPREAD, measured, value, chance)
+                    yield self._number(simulated, row, name, "std")
 
-    def _place(self, row: int) -> tuple[int, float, float | None]:
-        """Give row, angle and speed of a number."""
-        speed = float(self.data.speed[row])
-        return row, float(self.data.alpha_deg[row]), speed if np.isfinite(speed) else None
+    def _number(
+        self,
+        simulated: SimulatedMoments,
+        row: int,
+        name: str,
+        part: str,
+        allowed: float | None = None,
+    ) -> ComparedNumber:
+        """Put a measured mean or spread beside the simulated one."""
+        data = self.data
+        speed, error = data.speed[row], getattr(data.errors(name), part)[row]
+        return ComparedNumber(
+            row=row,
+            alpha_deg=float(data.alpha_deg[row]),
+            speed=float(speed) if np.isfinite(speed) else None,
+            column=name + (SPREAD if part == "std" else ""),
+            measured=float(getattr(data.moments[name], part)[row]),
+            error=float(error) if np.isfinite(error) else None,
+            simulated=float(getattr(simulated, part)[name][row]),
+            chance=float(getattr(simulated, f"{part}_error")[name][row]),
+            tolerance=allowed,
+        )

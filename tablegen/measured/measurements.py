@@ -95,6 +95,14 @@ class Measurements:
     #: Lines ``# key: value`` at the top of the file, such as title, particle and wall.
     about: Mapping[str, str]
 
+    def errors(self, quantity: str) -> Moments:
+        """Compute standard errors of means and spreads by their counts; NaN: not known.
+
+        That of a spread is taken to be that of a normal law.
+        """
+        error = self.moments[quantity].std / np.sqrt(self.count)
+        return Moments(error, error / np.sqrt(2.0))
+
 
 def impact_speeds(
     pair: MaterialPair, measured: Measurements, speed: float | None = None

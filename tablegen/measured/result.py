@@ -21,6 +21,8 @@ class ComparedNumber:
     #: Name of the column: a quantity, or its spread.
     column: str
     measured: float
+    #: Standard error of the measured number by its count; None if not known.
+    error: float | None
     simulated: float
     #: Chance error of the simulated number.
     chance: float
@@ -55,11 +57,16 @@ class Fit:
     labels: tuple[str, ...]
     values: FloatArray
     errors: FloatArray
-    #: How far the data determine each number, 0 to 1, and not smoothness, (k,).
+    #: How far the data determine each number, 0 to 1, and not smoothness or a bound, (k,).
     determined: FloatArray
     #: Means and spreads, simulated with random numbers of their own.
     numbers: tuple[ComparedNumber, ...]
     cpu_seconds: float
+
+    @property
+    def known(self) -> list[bool]:
+        """Whether the data determine each number more than all else, (k,)."""
+        return (self.determined > 0.5).tolist()
 
     @property
     def means(self) -> list[ComparedNumber]:
