@@ -22,9 +22,6 @@ from tablegen.model.float_array import FloatArray
 
 STATIC, DYNAMIC = "pair.resistance.static", "pair.resistance.dynamic"
 
-#: A constant restitution, or a table of it.
-_TABLE = "pair.restitution.value"
-
 #: Coefficients that are searched as those of Bernstein, so that the restitution stays in [0, 1].
 _POLYNOMIAL = "pair.restitution.coefficients"
 
@@ -220,12 +217,9 @@ class FreeNumbers:
         return np.vstack([found, _START * np.eye(self.start.size)]) / _SIZE
 
     def bend(self, x: FloatArray) -> float:
-        """Find the largest second difference of a table of restitution along angles, or 0."""
-        parts = zip(self._fields, np.split(x, self._ends), strict=True)
-        tables = (part.reshape(f.shape) for f, part in parts if f.name == _TABLE and f.shape)
-        return max(
-            (float(np.abs(np.diff(t, 2, axis=0)).max(initial=0.0)) for t in tables), default=0.0
-        )
+        """Find the largest second difference of a free table of restitution along angles, or 0."""
+        value = self.changes(x)["pair"].get("restitution", {}).get("value", 0.0)
+        return float(np.abs(np.diff(np.atleast_1d(value), 2, axis=0)).max(initial=0.0))
 
     def numbers(self, x: FloatArray) -> FloatArray:
         """Compute the numbers (p,) of a file from coordinates (p,)."""

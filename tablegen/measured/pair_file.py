@@ -14,7 +14,7 @@ from tablegen.config.config import Config, parse_config
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.scenes import Tree, merged
 from tablegen.measured.fit_text import fit_lines
-from tablegen.measured.measurements import Measurements
+from tablegen.measured.measurements import ANY_SPEED, Measurements
 from tablegen.measured.result import Calibration, ComparedNumber, Fit
 from tablegen.model.float_array import FloatArray
 from tablegen.presentation import table_lines
@@ -32,8 +32,8 @@ _SAME_SPEED, _MOST_SPEEDS = 0.03, 4
 #: none was measured.
 _RESISTANCE, _REVERSAL, _RESTITUTION = 0.6, 0.2, 0.6
 
-#: Speed [m/s] of laws without speed, and source of numbers before a fit.
-_ANY_SPEED, _NONE = 100.0, "none: numbers to start a fit from"
+#: Source of numbers before a fit.
+_NONE = "none: numbers to start a fit from"
 
 #: List of numbers on several lines.
 _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
@@ -50,7 +50,7 @@ def starting_config(data: Measurements, population: Tree) -> Config:
         resistance["tangential_restitution"] = [_REVERSAL] * len(_ANGLES)
         del resistance["value"]
     pair = {"particle": "not stated", "wall": "not stated"}
-    ends = [float(stated[0]), float(stated[-1])] if stated.size else [_ANY_SPEED] * 2
+    ends = [float(stated[0]), float(stated[-1])] if stated.size else [ANY_SPEED] * 2
     tree = {
         "name": "start",
         "pair": {**pair, "restitution": restitution, "resistance": resistance},
@@ -63,7 +63,7 @@ def starting_config(data: Measurements, population: Tree) -> Config:
 def _speeds_of(stated: FloatArray) -> list[float]:
     """Choose the speeds of a table of restitution: the stated ones, or four between their ends."""
     if stated.size == 0:
-        return [_ANY_SPEED]
+        return [ANY_SPEED]
     steps = np.flatnonzero(np.diff(np.log(stated)) > _SAME_SPEED)
     groups = np.split(stated, steps + 1)
     if len(groups) > _MOST_SPEEDS:
@@ -179,11 +179,8 @@ def _indented(lines: Sequence[str]) -> list[str]:
 
 def _parameters(fit: Fit) -> list[str]:
     """Write the table of fitted numbers."""
-    rows = zip(fit.labels, fit.values, fit.errors, fit.known, strict=True)
-    cells = [
-        (label, f"{value:.4g}", f"{error:.2g}" if known else "-")
-        for label, value, error, known in rows
-    ]
+    rows = zip(fit.labels, fit.values, fit.errors, strict=True)
+    cells = [(n, f"{x:.4g}", "-" if np.isnan(error) else f"{error:.2g}") for n, x, error in rows]
     return list(table_lines(("", "fitted", "+-"), cells))
 
 

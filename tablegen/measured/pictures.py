@@ -94,6 +94,7 @@ def fit_picture(made: Calibration, name: str) -> Picture:
             ax.set_ylabel(f"law of {law}")
         for ax in axes[1]:
             ax.set_xlabel(ANGLE_LABEL)
+        axes[1, -1].set_xlabel("angle at the contact [°]")
         axes[0, 0].legend()
         title = f"{made.config.name}: measured and fitted rebounds, {fit.grains} grains"
         words = f"{title}: means, spreads and both laws against the angle"

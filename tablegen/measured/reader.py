@@ -38,8 +38,8 @@ _ROUNDING = 1e-3
 #: A right angle, rounded up, in radians.
 _RIGHT_ANGLE = 1.571
 
-#: Separators that some programs write in place of commas.
-_OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+#: Separators that some programs write in place of commas; tabs were read as spaces.
+_OTHER_SEPARATORS = {";": "semicolons", " ": "tabs or spaces"}
 
 
 class _Line(NamedTuple):

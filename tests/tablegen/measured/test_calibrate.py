@@ -52,6 +52,8 @@ def test_grains_are_tried_and_the_spreads_choose(tmp_path, measured):
     lines = list(fit_lines(made))
     assert lines[0].startswith("means: all 7 held by ")
     assert lines[1].startswith("spreads: ")
+    assert lines[-1].startswith("numbers: the means leave open restitution at 5°")
+    assert np.isnan(made.chosen.errors[0])
     assert sum("chosen" in line for line in lines) == 1
     again = calibrate(measured, tmp_path / "b" / ".." / "a.toml", threads=2)
     assert again.config.text == made.config.text

@@ -8,7 +8,7 @@ from sampler.errors import InputError
 from tablegen.config.config import load_config
 from tablegen.measured.measurements import QUANTITIES
 from tablegen.measured.moments import variables_of
-from tablegen.measured.simulated_rows import Scenario, SimulatedRows
+from tablegen.measured.simulated_rows import SimulatedRows
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import simulate
 
@@ -19,8 +19,9 @@ PAIR, MIXTURE = CONFIG.pair, CONFIG.population
 def rows(alpha_deg=45.0, speed=100.0, tilt=0.0, population=MIXTURE, pair=PAIR, seed=1, threads=2):
     alpha_deg = np.atleast_1d(alpha_deg)
     speeds = np.full(len(alpha_deg), speed)
-    scenario = Scenario(pair, population, CONFIG.model, tilt)
-    return SimulatedRows(scenario, alpha_deg, speeds, seed=seed, threads=threads)
+    config = CONFIG.model_copy(update={"pair": pair, "population": population})
+    keys = {"seed": seed, "wall_tilt_deg": tilt, "threads": threads}
+    return SimulatedRows(config, alpha_deg, speeds, **keys)
 
 
 @pytest.mark.parametrize("tilt", [0.0, 6.0])
