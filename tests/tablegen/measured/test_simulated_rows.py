@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from crowds import CROWD
 
-from sampler.errors import InputError
 from tablegen.config.config import load_config
 from tablegen.measured.measurements import QUANTITIES
 from tablegen.measured.moments import variables_of
@@ -85,18 +84,3 @@ def test_shapes_have_the_same_particles_whatever_their_weights():
         means.append(rows(population=mixed).moments(200).mean["e_n"][0])
     assert means[1] == pytest.approx(0.75 * means[0] + 0.25 * means[2])
     assert np.isfinite(rows(population=CROWD).moments(40).mean["e_n"]).all()
-
-
-@pytest.mark.parametrize(
-    ("changes", "count", "message"),
-    [
-        ({"alpha_deg": 91.0}, 9, r"^alpha_deg: got 91 degrees, allowed: 1e-06 to 90 degrees$"),
-        ({"speed": np.nan}, 9, r"^speed: got nan"),
-        ({}, 1, r"^count: got 1, allowed: 2 to"),
-        ({"seed": -1}, 9, r"^seed: got -1"),
-        ({"tilt": 29.0}, 9, r"^wall_tilt_deg: got 29 degrees, allowed: 0 to 28.6"),
-    ],
-)
-def test_wrong_arguments_are_refused(changes, count, message):
-    with pytest.raises(InputError, match=message):
-        rows(**changes).moments(count)
