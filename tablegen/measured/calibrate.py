@@ -109,7 +109,7 @@ def _starts(
 ) -> dict[str, Config]:
     """Make the configurations to start from, by the names of their grains."""
     if start is not None and grains is None:
-        return {f"those of {start.name}": start}
+        return {start.name: start}
     names = GRAINS if grains is None else (str(grains),)
     populations = {name: load_population(name) for name in names}
     if start is not None:
