@@ -72,6 +72,8 @@ def compare(
         warnings = map(config.pair.extrapolation, sorted(set(found[-1].speed.tolist())))
         for warning in dict.fromkeys(filter(None, warnings)):
             note("tablegen", warning)
+    if found[0].measured.doubt:
+        note("tablegen", found[0].measured.doubt)
     found.sort(key=lambda one: one.rms)
     one = len(found) == 1
     click.echo(comparison.comparison_text(*found) if one else comparison.ranking_text(found))

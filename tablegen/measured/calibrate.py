@@ -20,11 +20,8 @@ from tablegen.measured.result import Calibration, Fit
 from tablegen.progress import bar
 from tablegen.simulation.simulate import check_run
 
-#: Most rows of a fit; the time grows with them.
-_MOST_ROWS = 400
-
-#: Rise of e_n over the angles that no known material has: it falls by more.
-_RISE = 0.1
+#: Most rows of a fit, whose time grows with them; and most that a line names.
+_MOST_ROWS, _NAMED = 400, 6
 
 
 def calibrate(
@@ -112,7 +109,7 @@ def _starts(
 ) -> dict[str, Config]:
     """Make the configurations to start from, by the names of their grains."""
     if start is not None and grains is None:
-        return {f"those of {start.name}": start}
+        return {start.name: start}
     names = GRAINS if grains is None else (str(grains),)
     populations = {name: load_population(name) for name in names}
     if start is not None:
@@ -134,16 +131,11 @@ def _chosen(fits: Sequence[Fit]) -> Fit:
 def _advice(data: Measurements, chosen: Fit) -> str:
     """Say what looks wrong in the measurements, and which rows no grains hold; "" if nothing."""
     missed = sorted((one for one in chosen.means if one.miss > 1.0), key=lambda one: one.row)
-    rows = ", ".join(dict.fromkeys(one.place for one in missed))
+    places = list(dict.fromkeys(one.place for one in missed))
+    rows = ", ".join(places[:_NAMED]) + f" and {len(places) - _NAMED} more" * (len(places) > _NAMED)
     said = [f"{chosen.grains} grains come nearest, but not at {rows}"] if missed else []
-    e_n, angle = data.moments["e_n"].mean, data.alpha_deg
-    known = np.isfinite(e_n)
-    above = ", ".join(f"{a:g}" for a in angle[known & (e_n > 1.0)])
-    rise = float(np.polyfit(angle[known], e_n[known], 1)[0]) if known.sum() > 1 else 0.0
-    if rise * np.ptp(angle) > _RISE:
-        said.append("e_n rises with the angle: if angles are from the normal, give 90 - angle")
-    elif above:
-        said.append(f"e_n is above 1 at {above} degrees, which hardly a smooth wall gives")
+    if data.doubt:
+        said.append(data.doubt)
     elif missed and np.isnan(data.speed).any():
         said.append("state the speeds of the rows if they differ: a law of speed may hold them")
     elif missed:

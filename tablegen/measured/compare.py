@@ -12,7 +12,7 @@ from tablegen.config.defaults import COMPARE_COUNT
 from tablegen.measured.measurements import QUANTITIES, Measurements, impact_speeds
 from tablegen.measured.moments import SimulatedMoments
 from tablegen.measured.reader import read_measurements
-from tablegen.measured.simulated_rows import Scenario, SimulatedRows
+from tablegen.measured.simulated_rows import SimulatedRows
 from tablegen.model.float_array import FloatArray
 from tablegen.presentation import TextTable, table_lines
 
@@ -72,8 +72,6 @@ class MeasuredComparison:
     measured: Measurements
     #: Impact speeds of the simulation, m/s, (n,).
     speed: FloatArray
-    #: Whether rebounds of this pair do not depend on the speed.
-    speed_independent: bool
     count: int
     seed: int
     wall_tilt_deg: float
@@ -133,17 +131,18 @@ def compare(
     """
     data = measured if isinstance(measured, Measurements) else read_measurements(measured)
     speeds = impact_speeds(config.pair, data, speed)
-    scenario = Scenario.of(config, wall_tilt_deg)
     if shape is not None:
-        scenario = scenario._replace(population=config.population.restricted_to(shape))
-    rows = SimulatedRows(scenario, data.alpha_deg, speeds, seed=seed, threads=threads)
+        part = config.population.restricted_to(shape)
+        config = config.model_copy(update={"population": part})
+    rows = SimulatedRows(
+        config, data.alpha_deg, speeds, seed=seed, wall_tilt_deg=wall_tilt_deg, threads=threads
+    )
     means, spreads = _agreements(data, rows.moments(count, progress))
     return MeasuredComparison(
         pair=config.pair_name,
         shape=shape,
         measured=data,
         speed=speeds,
-        speed_independent=not config.pair.restitution.depends_on_speed,
         count=count,
         seed=seed,
         wall_tilt_deg=wall_tilt_deg,
@@ -159,12 +158,11 @@ def _agreements(
     means, spreads = {}, {}
     for name, (mean, std) in measured.moments.items():
         if np.isfinite(mean).any():
-            error = std / np.sqrt(measured.count)
+            errors = measured.errors(name)
             ours = simulated.mean[name], simulated.mean_error[name]
-            means[name] = Agreement(mean, error, *ours)
-            # the error of a spread is taken to be that of a normal law
+            means[name] = Agreement(mean, errors.mean, *ours)
             ours = simulated.std[name], simulated.std_error[name]
-            spreads[name] = Agreement(std, error / np.sqrt(2.0), *ours)
+            spreads[name] = Agreement(std, errors.std, *ours)
     return means, spreads
 
 
@@ -198,7 +196,7 @@ def _quantity_lines(found: MeasuredComparison, name: str) -> list[str]:
     """Write the table of a quantity, and a summary of the means and one of the spreads."""
     digits = QUANTITIES[name].digits
     head = ["angle", "m/s"]
-    columns = [[f"{a:.4g}" for a in found.measured.alpha_deg], _speeds(found)]
+    columns = [[f"{x:.4g}" for x in part] for part in (found.measured.alpha_deg, found.speed)]
     summary = []
     for part, agreement in (("mean", found.means[name]), ("spread", found.spreads[name])):
         if agreement.rms is None:
@@ -214,13 +212,6 @@ def _quantity_lines(found: MeasuredComparison, name: str) -> list[str]:
     cells = list(zip(*columns, strict=True))
     rows = [cells[k] for k in np.flatnonzero(np.isfinite(found.means[name].measured))]
     return [QUANTITIES[name].title, *(f"  {line}" for line in table_lines(head, rows)), *summary]
-
-
-def _speeds(found: MeasuredComparison) -> list[str]:
-    """Write the speed of each row."""
-    unstated = np.isnan(found.measured.speed)
-    pairs = zip(found.speed, unstated, strict=True)
-    return ["any" if free and found.speed_independent else f"{v:.4g}" for v, free in pairs]
 
 
 def _columns(agreement: Agreement, digits: int) -> list[list[str]]:
@@ -272,7 +263,6 @@ def comparison_tree(found: MeasuredComparison) -> dict[str, Any]:
         "count": found.count,
         "seed": found.seed,
         "wall_tilt_deg": found.wall_tilt_deg,
-        "speed_independent": found.speed_independent,
         "summary": summary,
         "rows": rows,
     }

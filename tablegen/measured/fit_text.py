@@ -1,7 +1,9 @@
 """Text of a calibration: the fits beside each other, and verdicts of one line each."""
 
 import math
+import re
 from collections.abc import Iterator
+from itertools import groupby
 
 import numpy as np
 
@@ -47,9 +49,8 @@ def _table(made: Calibration) -> Iterator[str]:
     """Write one row for each population."""
     rows, reasons = [], ["", *(_why(made, fit) for fit in made.fits)]
     for fit in made.fits:
-        distance = fit.spread_distance
         ratio = [one.simulated / one.measured for one in fit.spreads]
-        spread = "-" if math.isnan(distance) else f"{math.exp(np.mean(np.log(ratio))):.2f}"
+        spread = f"{math.exp(np.mean(np.log(ratio))):.2f}" if ratio else "-"
         rows.append((fit.grains, f"{fit.means[0].miss:.2f}", spread))
     head = ("grains", "worst mean / tolerance", "simulated / measured spread")
     for line, reason in zip(table_lines(head, rows), reasons, strict=True):
@@ -68,9 +69,25 @@ def _why(made: Calibration, fit: Fit) -> str:
 
 
 def _of_numbers(fit: Fit) -> str:
-    """Say how many numbers the data determine."""
-    known = fit.determined.sum()
+    """Name the numbers that the data leave open."""
+    pairs = zip(fit.labels, fit.errors, strict=True)
+    left = [_in_words(fit, label) for label, error in pairs if math.isnan(error)]
+    if not left:
+        return "numbers: the means determine all"
+    groups = groupby(left, key=lambda words: words[0])
+    names = "; ".join(name + ", ".join(at for _, at in group) for name, group in groups)
     return (
-        f"numbers: the means determine {known:.1f} of {len(fit.labels)}; smoothness decides the "
-        "rest, and standard errors are those of both together"
+        f"numbers: the means leave open {names}; smoothness or a bound decides these, and they "
+        "have no standard error"
     )
+
+
+def _in_words(fit: Fit, label: str) -> tuple[str, str]:
+    """Say what a number is, and at which angle and speed of its law."""
+    _, section, field = label.split(".")
+    name, *places = re.findall(r"\w+", field)
+    law, words = getattr(fit.config.pair, section), f"{section} {name}".replace("_", " ")
+    axes = (getattr(law, axis, None) or () for axis in ("angle_deg", "speed"))
+    units = zip(places, axes, ("°", " m/s"), strict=False)
+    at = " and ".join(f"{axis[int(k)]:g}{unit}" for k, axis, unit in units if len(axis) > int(k))
+    return words.removesuffix(" value") + " at " * bool(at), at

@@ -1,8 +1,8 @@
 """One fit of a calibration: laws for given grains, simulated beside the measured numbers."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from time import process_time
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from tablegen.measured.measurements import QUANTITIES, SPREAD, Measurements, imp
 from tablegen.measured.moments import SimulatedMoments
 from tablegen.measured.pair_file import fitted_config
 from tablegen.measured.result import ComparedNumber, Fit
-from tablegen.measured.simulated_rows import Scenario, SimulatedRows
+from tablegen.measured.simulated_rows import SimulatedRows
 from tablegen.measured.smoothest import Penalty, bootstrapped, polished, smoothest
 from tablegen.model.float_array import FloatArray
 
@@ -23,45 +23,44 @@ _LEAST, _MOST, _ALL, _REPORT = 600, 6000, 60_000, 4
 #: Angles [degrees] from which e_t is hardly anything over hardly anything.
 _STEEP = 88.0
 
+#: Angle without a mean.
+_OUT = "out_of_plane_deg"
+
 #: Seeds differ by these from that of the search: of the last steps, and of the report.
 _LAST_SEED, _REPORT_SEED = 0x510E, 0x5EED
+
+#: Part of a number that data determine, and not smoothness, from which it is known.
+_KNOWN = 0.5
 
 #: Last steps; and the worst miss from which they cannot hold the means.
 _LAST_STEPS, _FAR = 4, 2.0
 
 
-@dataclass(frozen=True)
-class Targets:
-    """The m measured means that a fit follows; arrays of shape (m,)."""
+class Target(NamedTuple):
+    """A measured mean that a fit follows."""
 
-    rows: list[int]
-    quantities: list[str]
-    measured: FloatArray
-    tolerance: FloatArray
-
-    def misses(self, simulated: SimulatedMoments) -> FloatArray:
-        """Subtract measured from simulated means, over the tolerances."""
-        places = zip(self.quantities, self.rows, strict=True)
-        values = np.array([simulated.mean[name][row] for name, row in places])
-        return (values - self.measured) / self.tolerance
+    row: int
+    quantity: str
+    measured: float
+    tolerance: float
 
 
-def make_targets(data: Measurements) -> Targets:
+def make_targets(data: Measurements) -> list[Target]:
     """List the means; one is held within two standard errors by its count, if that is more."""
     found = []
     for row, alpha in enumerate(data.alpha_deg):
         for name, quantity in QUANTITIES.items():
-            mean, std = (float(part[row]) for part in data.moments[name])
+            mean = float(data.moments[name].mean[row])
             # by symmetry there is no mean out of the plane
-            if np.isfinite(mean) and name != "out_of_plane_deg" and _has(name, alpha):
-                counted = 2.0 * std / np.sqrt(data.count[row])
-                most = counted if np.isfinite(counted) else 0.0
-                found.append((row, name, mean, max(quantity.tolerance, most)))
+            if np.isfinite(mean) and name != _OUT and _has(name, alpha):
+                error = data.errors(name).mean[row]
+                tolerance = float(np.fmax(quantity.tolerance, 2.0 * error))
+                found.append(Target(row, name, mean, tolerance))
     if not found:
-        words = f"a mean of {', '.join(QUANTITIES)} (e_t: below {_STEEP:g} degrees)"
+        names = ", ".join(name for name in QUANTITIES if name != _OUT)
+        words = f"a mean of {names} (e_t: below {_STEEP:g} degrees)"
         raise InputError(f"{data.name}: got no mean to follow, allowed: {words}")
-    rows, names, measured, tolerance = zip(*found, strict=True)
-    return Targets(list(rows), list(names), np.array(measured), np.array(tolerance))
+    return found
 
 
 def _has(name: str, alpha_deg: float) -> bool:
@@ -74,7 +73,7 @@ class Fitter:
     """What all fits to some measurements share."""
 
     data: Measurements
-    targets: Targets
+    targets: list[Target]
     #: Impact speed of rows that state none.
     speed: float | None
     seed: int
@@ -82,13 +81,15 @@ class Fitter:
 
     def fit(self, grains: str, start: Config, names: Sequence[str], name: str) -> Fit:
         """Fit free fields of a pair, and simulate the result with other random numbers."""
-        begun, numbers = process_time(), FreeNumbers(start, names)
+        numbers = FreeNumbers(start, names)
         speeds = impact_speeds(start.pair, self.data, self.speed)
         count = min(_MOST, max(_ALL // len(speeds), _LEAST)) // len(start.population.strata())
 
         def misses(x: FloatArray, count: int = count, seed: int = self.seed) -> FloatArray:
             trial = start.model_copy(update={"pair": numbers.pair(x)})
-            return self.targets.misses(self._moments(trial, speeds, count, seed))
+            mean = self._moments(trial, speeds, count, seed).mean
+            off = [(mean[t.quantity][t.row] - t.measured) / t.tolerance for t in self.targets]
+            return np.array(off)
 
         found = smoothest(numbers, misses)
         if found.worst < _FAR:
@@ -96,7 +97,8 @@ class Fitter:
             found = polished(
                 numbers, lambda x: misses(x, _REPORT * count, last), found, _LAST_STEPS
             )
-        samples = bootstrapped(numbers, found, self.targets.rows, self.seed)
+        samples = bootstrapped(numbers, found, [t.row for t in self.targets], self.seed)
+        errors = np.std([numbers.numbers(x) for x in samples], axis=0)
         config = fitted_config(start, numbers.changes(found.x), name, self.data, speeds)
         report = self.seed ^ _REPORT_SEED
         simulated = self._moments(config, speeds, _REPORT * count, report)
@@ -105,37 +107,39 @@ class Fitter:
             config=config,
             labels=numbers.labels,
             values=numbers.numbers(found.x),
-            errors=np.std([numbers.numbers(x) for x in samples], axis=0),
-            determined=Penalty(numbers).determined(found),
+            errors=np.where(Penalty(numbers).determined(found) > _KNOWN, errors, np.nan),
             numbers=tuple(self._compared(simulated)),
-            cpu_seconds=process_time() - begun,
         )
 
     def _moments(
         self, config: Config, speeds: FloatArray, count: int, seed: int
     ) -> SimulatedMoments:
         """Simulate the rows; all spheres rebound alike."""
-        scenario, angles = Scenario.of(config, 0.0), self.data.alpha_deg
-        rows = SimulatedRows(scenario, angles, speeds, seed=seed, threads=self.threads)
+        angles = self.data.alpha_deg
+        rows = SimulatedRows(config, angles, speeds, seed=seed, threads=self.threads)
         return rows.moments(2 if config.population.only_spheres else count)
 
     def _compared(self, simulated: SimulatedMoments) -> Iterator[ComparedNumber]:
         """Put measured means and spreads beside simulated ones."""
-        targets, data = self.targets, self.data.moments
-        for row, name, allowed in zip(
-            targets.rows, targets.quantities, targets.tolerance.tolist(), strict=True
-        ):
-            parts = data[name].mean, simulated.mean[name], simulated.mean_error[name]
-            measured, value, chance = (float(x[row]) for x in parts)
-            yield ComparedNumber(*self._place(row), name, measured, value, chance, allowed)
-        for name, moments in data.items():
+        for one in self.targets:
+            number = self._number(simulated, one.row, one.quantity, "mean")
+            yield replace(number, tolerance=one.tolerance)
+        for name, moments in self.data.moments.items():
             for row, alpha in enumerate(self.data.alpha_deg):
                 if np.isfinite(moments.std[row]) and _has(name, alpha):
-                    parts = moments.std, simulated.std[name], simulated.std_error[name]
-                    measured, value, chance = (float(x[row]) for x in parts)
-                    yield ComparedNumber(*self._place(row), name + SPREAD, measured, value, chance)
+                    yield self._number(simulated, row, name, "std")
 
-    def _place(self, row: int) -> tuple[int, float, float | None]:
-        """Give row, angle and speed of a number."""
-        speed = float(self.data.speed[row])
-        return row, float(self.data.alpha_deg[row]), speed if np.isfinite(speed) else None
+    def _number(self, ours: SimulatedMoments, row: int, name: str, part: str) -> ComparedNumber:
+        """Put a measured mean or spread beside the simulated one."""
+        data = self.data
+        speed, error = data.speed[row], getattr(data.errors(name), part)[row]
+        return ComparedNumber(
+            row=row,
+            alpha_deg=float(data.alpha_deg[row]),
+            speed=float(speed) if np.isfinite(speed) else None,
+            column=name + (SPREAD if part == "std" else ""),
+            measured=float(getattr(data.moments[name], part)[row]),
+            error=float(error) if np.isfinite(error) else None,
+            simulated=float(getattr(ours, part)[name][row]),
+            chance=float(getattr(ours, f"{part}_error")[name][row]),
+        )

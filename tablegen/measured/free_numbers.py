@@ -216,6 +216,11 @@ class FreeNumbers:
         found = block_diag(*(field.rough for field in self._fields))
         return np.vstack([found, _START * np.eye(self.start.size)]) / _SIZE
 
+    def bend(self, x: FloatArray) -> float:
+        """Find the largest second difference of a free table of restitution along angles, or 0."""
+        value = self.changes(x)["pair"].get("restitution", {}).get("value", 0.0)
+        return float(np.abs(np.diff(np.atleast_1d(value), 2, axis=0)).max(initial=0.0))
+
     def numbers(self, x: FloatArray) -> FloatArray:
         """Compute the numbers (p,) of a file from coordinates (p,)."""
         parts = zip(self._fields, np.split(x, self._ends), strict=True)

@@ -27,7 +27,10 @@ from tablegen.model.float_array import FloatArray
 SPREAD = "_std"
 
 #: Impact speed [m/s] of rows without one if the rebounds do not depend on it.
-_ANY_SPEED = 100.0
+ANY_SPEED = 100.0
+
+#: Rise of e_n over the angles that no known material has: it falls by more.
+_RISE = 0.1
 
 
 @dataclass(frozen=True)
@@ -56,12 +59,9 @@ QUANTITIES: Mapping[str, Quantity] = {
     "rebound_angle_deg": Quantity(
         2, "rebound angle from the wall [degrees]", "rebound angle [°]", digits=2, tolerance=2.0
     ),
+    # by symmetry its mean is 0
     "out_of_plane_deg": Quantity(
-        variable=3,
-        title="angle out of the impact plane [degrees]",
-        label="angle out of the impact plane [°]",
-        digits=2,
-        tolerance=2.0,
+        3, "angle out of the impact plane [degrees]", "angle out of the plane [°]", digits=2
     ),
     "omega_z": Quantity(4, "omega_z, spin times a/V", r"spin $\Omega_z^+\,a/V$"),
 }
@@ -95,6 +95,24 @@ class Measurements:
     #: Lines ``# key: value`` at the top of the file, such as title, particle and wall.
     about: Mapping[str, str]
 
+    def errors(self, quantity: str) -> Moments:
+        """Compute standard errors of means and spreads by their counts; NaN: not known.
+
+        That of a spread is taken to be that of a normal law.
+        """
+        error = self.moments[quantity].std / np.sqrt(self.count)
+        return Moments(error, error / np.sqrt(2.0))
+
+    @property
+    def doubt(self) -> str:
+        """Say what looks wrong in e_n; "" if nothing."""
+        known = np.isfinite(self.moments["e_n"].mean)
+        angle, e_n = self.alpha_deg[known], self.moments["e_n"].mean[known]
+        if np.unique(angle).size > 1 and np.polyfit(angle, e_n, 1)[0] * np.ptp(angle) > _RISE:
+            return "e_n rises with the angle: if angles are from the normal, give 90 - angle"
+        above = ", ".join(f"{a:g}" for a in angle[e_n > 1.0])
+        return f"e_n is above 1 at {above} degrees, which hardly a smooth wall gives" * bool(above)
+
 
 def impact_speeds(
     pair: MaterialPair, measured: Measurements, speed: float | None = None
@@ -109,4 +127,4 @@ def impact_speeds(
             f"speed: missing for {unstated.sum()} of {unstated.size} rows of {measured.name}, "
             "allowed: the speed of those rows in m/s, because the restitution depends on it"
         )
-    return np.where(unstated, _ANY_SPEED if speed is None else speed, measured.speed)
+    return np.where(unstated, ANY_SPEED if speed is None else speed, measured.speed)

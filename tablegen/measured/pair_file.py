@@ -12,10 +12,9 @@ import sampler
 from sampler.formats.channels import STATE
 from tablegen.config.config import Config, parse_config
 from tablegen.config.pairs import MaterialPair
-from tablegen.config.population import Population
 from tablegen.config.scenes import Tree, merged
 from tablegen.measured.fit_text import fit_lines
-from tablegen.measured.measurements import Measurements
+from tablegen.measured.measurements import ANY_SPEED, Measurements
 from tablegen.measured.result import Calibration, ComparedNumber, Fit
 from tablegen.model.float_array import FloatArray
 from tablegen.presentation import table_lines
@@ -33,18 +32,8 @@ _SAME_SPEED, _MOST_SPEEDS = 0.03, 4
 #: none was measured.
 _RESISTANCE, _REVERSAL, _RESTITUTION = 0.6, 0.2, 0.6
 
-#: Speed [m/s] of laws without speed, and source of numbers before a fit.
-_ANY_SPEED, _NONE = 100.0, "none: numbers to start a fit from"
-
-#: Limits that replace those of the preset at later hits: what three numbers of rotation can tell.
-#: Ellipsoids alone keep more of their history. What was measured of it, and what is a guess, is in
-#: EXPERIMENTS.md.
-_LATER = {"chain_ks": 0.035, "chain_energy": 0.08, "chain_spin": 0.08}
-_LATER_ROUND = {"sliced_wasserstein": 0.06, "cell_ks": 0.1, "cell_energy": 0.12}
-_LATER_ROUND |= {"chain_ks": 0.1, "chain_energy": 0.12, "chain_spin": 0.15}
-
-#: The correlation of w and Omega_y of ellipsoids has hardly any size.
-_CORRELATION_ROUND = 0.4
+#: Source of numbers before a fit.
+_NONE = "none: numbers to start a fit from"
 
 #: List of numbers on several lines.
 _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
@@ -61,7 +50,7 @@ def starting_config(data: Measurements, population: Tree) -> Config:
         resistance["tangential_restitution"] = [_REVERSAL] * len(_ANGLES)
         del resistance["value"]
     pair = {"particle": "not stated", "wall": "not stated"}
-    ends = [float(stated[0]), float(stated[-1])] if stated.size else [_ANY_SPEED] * 2
+    ends = [float(stated[0]), float(stated[-1])] if stated.size else [ANY_SPEED] * 2
     tree = {
         "name": "start",
         "pair": {**pair, "restitution": restitution, "resistance": resistance},
@@ -74,7 +63,7 @@ def starting_config(data: Measurements, population: Tree) -> Config:
 def _speeds_of(stated: FloatArray) -> list[float]:
     """Choose the speeds of a table of restitution: the stated ones, or four between their ends."""
     if stated.size == 0:
-        return [_ANY_SPEED]
+        return [ANY_SPEED]
     steps = np.flatnonzero(np.diff(np.log(stated)) > _SAME_SPEED)
     groups = np.split(stated, steps + 1)
     if len(groups) > _MOST_SPEEDS:
@@ -99,8 +88,7 @@ def fitted_config(
     """Lay fitted numbers over a pair, with the settings of a compact table with a spin law.
 
     The range of speeds of a fitted law of restitution is that of the rows, if all state one. The
-    materials are those that the measurements name. The limits of later hits are those that the
-    grains can reach.
+    materials are those that the measurements name. Limits of later hits are those of the grains.
     """
     tree = merged(tomllib.loads(start.text), changes)
     tree["name"] = name
@@ -123,19 +111,11 @@ def fitted_config(
             pair["restitution"]["valid_speed"] = ends
     tree["domain"] = _domain(start, MaterialPair.from_tree(pair), used, speeds)
     tree["spin"] = not set(start.domain.columns) - set(STATE)
-    tree |= _limits(start.population)
+    tree["accuracy"] = {"preset": "compact"}
+    tree.pop("spin_accuracy", None)
     for nodes in ("alpha_nodes_deg", "speed_nodes"):
         tree.get("table", {}).pop(nodes, None)
     return parse_config(_LIST.sub(_on_one_line, tomli_w.dumps(tree)), name)
-
-
-def _limits(population: Population) -> Tree:
-    """Choose limits of accuracy that a table of some grains can reach."""
-    preset = {"preset": "compact"}
-    if population.shapes.positive().keys() == {"ellipsoid"} and not population.meshes:
-        accuracy = preset | {"correlation_error": _CORRELATION_ROUND}
-        return {"accuracy": accuracy, "spin_accuracy": preset | _LATER_ROUND}
-    return {"accuracy": preset, "spin_accuracy": preset | _LATER}
 
 
 def _domain(start: Config, fitted: MaterialPair, used: Measurements, speeds: FloatArray) -> Tree:
@@ -200,7 +180,7 @@ def _indented(lines: Sequence[str]) -> list[str]:
 def _parameters(fit: Fit) -> list[str]:
     """Write the table of fitted numbers."""
     rows = zip(fit.labels, fit.values, fit.errors, strict=True)
-    cells = [(label, f"{value:.4g}", f"{error:.2g}") for label, value, error in rows]
+    cells = [(n, f"{x:.4g}", "-" if np.isnan(error) else f"{error:.2g}") for n, x, error in rows]
     return list(table_lines(("", "fitted", "+-"), cells))
 
 

@@ -94,6 +94,7 @@ def fit_picture(made: Calibration, name: str) -> Picture:
             ax.set_ylabel(f"law of {law}")
         for ax in axes[1]:
             ax.set_xlabel(ANGLE_LABEL)
+        axes[1, -1].set_xlabel("angle at the contact [°]")
         axes[0, 0].legend()
         title = f"{made.config.name}: measured and fitted rebounds, {fit.grains} grains"
         words = f"{title}: means, spreads and both laws against the angle"
@@ -107,16 +108,17 @@ def _numbers(fit: Fit, column: str) -> list[ComparedNumber]:
 
 
 def _draw_numbers(ax: Any, numbers: list[ComparedNumber]) -> None:
-    """Draw measured numbers with their tolerances, and a simulated line for each speed."""
+    """Draw measured numbers with their errors, and a simulated line for each speed."""
     for k, (speed, group) in enumerate(groupby(numbers, key=lambda number: number.speed)):
         part, colour = list(group), _COLOURS[k % len(_COLOURS)]
         angle = [one.alpha_deg for one in part]
         label = "" if speed is None else f", {speed:g} m/s"
         ax.plot(angle, [one.simulated for one in part], color=colour, label=f"simulated{label}")
-        bars = [one.tolerance or 0.0 for one in part]
+        known = any(one.error for one in part)
+        bars = [(one.error if known else one.tolerance) or 0.0 for one in part]
+        words = f"measured{label}, with {'standard error' if known else 'tolerance'}"
         look = {"fmt": "o", "ms": 4, "color": colour, "mfc": "white", "capsize": 2}
-        values = [one.measured for one in part]
-        ax.errorbar(angle, values, bars, label=f"measured{label}, with tolerance", **look)
+        ax.errorbar(angle, [one.measured for one in part], bars, label=words, **look)
 
 
 def _draw_law(ax: Any, law: Any) -> None:

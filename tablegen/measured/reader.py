@@ -38,8 +38,8 @@ _ROUNDING = 1e-3
 #: A right angle, rounded up, in radians.
 _RIGHT_ANGLE = 1.571
 
-#: Separators that some programs write in place of commas.
-_OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs"}
+#: Separators that some programs write in place of commas; tabs were read as spaces.
+_OTHER_SEPARATORS = {";": "semicolons", " ": "tabs or spaces"}
 
 
 class _Line(NamedTuple):
@@ -202,7 +202,7 @@ def _range(column: str, alpha_deg: float) -> _Range:
     if column == "speed":
         return _Range(SPEED.low, SPEED.high, "m/s")
     if column == "count":
-        return _Range(1.0, 1e15, "a whole number of particles")
+        return _Range(1.0, 1e9, "a whole number of particles")
     quantity = column.removesuffix(SPREAD)
     angle, hint = math.radians(alpha_deg), "degrees"
     if quantity in ("e_n", "e_t"):

@@ -21,6 +21,8 @@ class ComparedNumber:
     #: Name of the column: a quantity, or its spread.
     column: str
     measured: float
+    #: Standard error of the measured number by its count; None if not known.
+    error: float | None
     simulated: float
     #: Chance error of the simulated number.
     chance: float
@@ -51,15 +53,13 @@ class Fit:
     #: Name of the grains.
     grains: str
     config: Config
-    #: Names of the k fitted numbers, the numbers, and their standard errors.
+    #: Names of the k fitted numbers, the numbers, and their standard errors; NaN if smoothness or
+    #: a bound decides a number, and not the data.
     labels: tuple[str, ...]
     values: FloatArray
     errors: FloatArray
-    #: How far the data determine each number, 0 to 1, and not smoothness, (k,).
-    determined: FloatArray
     #: Means and spreads, simulated with random numbers of their own.
     numbers: tuple[ComparedNumber, ...]
-    cpu_seconds: float
 
     @property
     def means(self) -> list[ComparedNumber]:
@@ -85,16 +85,15 @@ class Fit:
         return float(np.sqrt(np.mean(np.log(ratios) ** 2))) if ratios.size else float("nan")
 
     def to_dict(self) -> dict[str, object]:
-        """Give everything as plain data for JSON; None: no spreads."""
-        names = ("name", "value", "standard_error", "determined")
-        columns = (part.tolist() for part in (self.values, self.errors, self.determined))
-        numbers = zip(self.labels, *columns, strict=True)
+        """Give everything as plain data for JSON; None: no spreads, no standard error."""
+        names = ("name", "value", "standard_error")
+        errors = (None if np.isnan(error) else float(error) for error in self.errors)
+        numbers = zip(self.labels, self.values.tolist(), errors, strict=True)
         return {
             "grains": self.grains,
             "holds": self.holds,
             "worst_miss": self.means[0].miss,
             "spread_distance": self.spread_distance if self.spreads else None,
-            "cpu_seconds": self.cpu_seconds,
             "parameters": [dict(zip(names, one, strict=True)) for one in numbers],
             "numbers": [asdict(one) | {"residual": one.residual} for one in self.numbers],
         }

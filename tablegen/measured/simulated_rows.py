@@ -1,14 +1,12 @@
 """Direct simulation of measured rows: rebounds of each shape at given impact conditions."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from sampler.arguments import MAX_ROUGHNESS, as_integer
-from tablegen.config.config import Config, ModelSettings
-from tablegen.config.pairs import MaterialPair
-from tablegen.config.population import Population
+from tablegen.config.config import Config
 from tablegen.measured.moments import SimulatedMoments, mixed_moments, variables_of
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import HALF_SIZE, Bounds
@@ -18,21 +16,6 @@ from tablegen.simulation.simulate import check_impact_angle, check_run
 
 #: Standard deviation of the tilt of facets.
 WALL_TILT_DEG = Bounds(0.0, math.degrees(MAX_ROUGHNESS), " degrees")
-
-
-class Scenario(NamedTuple):
-    """Laws of contact, particles, numerical parameters and roughness of the wall."""
-
-    pair: MaterialPair
-    population: Population
-    numerics: ModelSettings
-    #: Standard deviation of the tilt of facets, degrees; 0: a smooth wall.
-    wall_tilt_deg: float = 0.0
-
-    @classmethod
-    def of(cls, config: Config, wall_tilt_deg: float) -> "Scenario":
-        """Take the scenario of a configuration."""
-        return cls(config.pair, config.population, config.model, wall_tilt_deg)
 
 
 class SimulatedRows:
@@ -47,20 +30,21 @@ class SimulatedRows:
 
     def __init__(
         self,
-        scenario: Scenario,
+        config: Config,
         alpha_deg: FloatArray,
         speed: FloatArray,
         *,
         seed: int,
+        wall_tilt_deg: float = 0.0,
         threads: int | None = None,
     ) -> None:
-        tilt = WALL_TILT_DEG.checked("wall_tilt_deg", scenario.wall_tilt_deg)
+        tilt = WALL_TILT_DEG.checked("wall_tilt_deg", wall_tilt_deg)
         self._roughness = min(math.radians(tilt), MAX_ROUGHNESS)
         self._alpha_deg, self._speed = np.asarray(alpha_deg, dtype=np.float64), speed
         self._alpha = [check_impact_angle(a, "alpha_deg") for a in np.radians(self._alpha_deg)]
-        self._shapes = scenario.population.strata()
+        self._shapes = config.population.strata()
         self._models = [
-            DirectModel.of_parts(scenario.pair, shape.population, scenario.numerics)
+            DirectModel.of_parts(config.pair, shape.population, config.model)
             for shape in self._shapes
         ]
         self._seed, self._threads = seed, threads

@@ -26,6 +26,9 @@ _LENGTHS, _GAIN = (1.0, 0.5, 0.2), 0.05
 #: Weights without a better worst mean, by this part at least, after which grains cannot hold it.
 _PATIENCE, _BETTER = 2, 0.97
 
+#: Largest second difference of restitution between neighbouring angles of a smooth law.
+_BEND = 0.25
+
 #: Samples of the rows for standard errors.
 _SAMPLES = 200
 
@@ -40,13 +43,24 @@ class Solution(NamedTuple):
     x: FloatArray
     misses: FloatArray
     slopes: FloatArray
-    #: Weight of the penalty.
+    #: Weight of the penalty, and largest second difference of restitution.
     weight: float
+    bend: float
 
     @property
     def worst(self) -> float:
         """Largest miss of a mean, over its tolerance."""
         return float(np.abs(self.misses).max())
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """Order of solutions: laws smooth enough come first, then those nearest to the means."""
+        return max(self.bend, _BEND), self.worst
+
+    @property
+    def held(self) -> bool:
+        """Whether a smooth law holds all means, with room for chance."""
+        return self.rank <= (_BEND, _WITHIN)
 
 
 class Penalty:
@@ -83,10 +97,13 @@ class Penalty:
         return np.clip(x, self._low, self._high)
 
     def determined(self, solution: Solution) -> FloatArray:
-        """Tell how far the data determine each coordinate, 0 to 1, and not the penalty, (p,)."""
-        by_data = solution.slopes.T @ solution.slopes
-        whole = by_data + solution.weight * self._rows.T @ self._rows
-        return np.diagonal(np.linalg.solve(whole, by_data))
+        """Tell how far the data determine each coordinate, 0 to 1, (p,); 0 at a bound."""
+        free = (solution.x > self._low) & (solution.x < self._high)
+        slopes, rows = solution.slopes[:, free], self._rows[:, free]
+        by_data, found = slopes.T @ slopes, np.zeros(free.size)
+        whole = by_data + solution.weight * rows.T @ rows
+        found[free] = np.diagonal(np.linalg.solve(whole, by_data))
+        return found
 
 
 def slopes_at(numbers: FreeNumbers, misses: Misses, x: FloatArray, here: FloatArray) -> FloatArray:
@@ -103,13 +120,13 @@ def smoothest(numbers: FreeNumbers, misses: Misses) -> Solution:
     """Find the smoothest laws that hold all means, or those that come nearest."""
     penalty, x = Penalty(numbers), numbers.start
     here = misses(x)
-    best = Solution(x, here, slopes_at(numbers, misses, x, here), _WEIGHTS[0])
+    best = Solution(x, here, slopes_at(numbers, misses, x, here), _WEIGHTS[0], numbers.bend(x))
     waited, now = 0, best
     for weight in _WEIGHTS:
         now = _descended(numbers, misses, penalty, now._replace(weight=weight))
-        waited = 0 if now.worst < _BETTER * best.worst else waited + 1
-        best = min(best, now, key=lambda one: one.worst)
-        if best.worst <= _WITHIN or waited > _PATIENCE:
+        waited = 0 if now.rank < (best.rank[0], _BETTER * best.worst) else waited + 1
+        best = min(best, now, key=lambda one: one.rank)
+        if best.held or waited > _PATIENCE:
             break
     return best
 
@@ -136,8 +153,8 @@ def _descended(numbers: FreeNumbers, misses: Misses, penalty: Penalty, now: Solu
         moved = x - now.x
         off = there - now.misses - now.slopes @ moved
         slopes = now.slopes + np.outer(off, moved) / max(float(moved @ moved), 1e-12)
-        now, fresh = Solution(x, there, slopes, weight), False
-        if now.worst <= _WITHIN:
+        now, fresh = Solution(x, there, slopes, weight, numbers.bend(x)), False
+        if now.held:
             return now
         if cost - lower < _GAIN * cost:
             now = now._replace(slopes=slopes_at(numbers, misses, x, there))
@@ -149,11 +166,11 @@ def polished(numbers: FreeNumbers, misses: Misses, solution: Solution, steps: in
     """Take some steps with other random numbers and the slopes of a search."""
     penalty, best = Penalty(numbers), solution._replace(misses=misses(solution.x))
     for _ in range(steps):
-        if best.worst <= _WITHIN:
+        if best.held:
             break
-        step = penalty.step(best.x, best.misses, best.slopes, best.weight)
-        x = penalty.clipped(best.x + step)
-        best = min(best, best._replace(x=x, misses=misses(x)), key=lambda one: one.worst)
+        x = penalty.clipped(best.x + penalty.step(best.x, best.misses, best.slopes, best.weight))
+        moved = best._replace(x=x, misses=misses(x), bend=numbers.bend(x))
+        best = min(best, moved, key=lambda one: one.rank)
     return best
 
 

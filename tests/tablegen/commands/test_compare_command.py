@@ -35,14 +35,16 @@ def test_ranks_several_pairs(run, tmp_path):
     for line, one in zip(ended.out.splitlines()[-2:], ranking, strict=True):
         rms = [one["summary"][name]["mean_rms_deviation"] for name in ("e_n", "e_t")]
         assert line.split()[:3] == [one["pair"], *(f"{part:.3f}" for part in rms)]
-        assert min(rms) < float(line.split()[3]) < max(rms)
+        assert f"{min(rms):.3f}" <= line.split()[3] <= f"{max(rms):.3f}"
 
 
-def test_says_that_the_law_is_extrapolated(run):
-    words = ("--measured", "kharaz-2001", "--shape", "sphere", "--count", 5)
-    ended = run("compare", "corundum-steel", *words)
+def test_says_that_the_law_is_extrapolated_and_the_angle_doubtful(run, tmp_path):
+    turned = tmp_path / "turned.csv"
+    turned.write_text("alpha_deg,speed,e_n,source\n20,40,0.3,s\n70,40,0.6,s\n")
+    ended = run("compare", "corundum-steel", "--measured", turned, "--count", 5)
     assert ended.status == DONE
-    assert "3.9 m/s extrapolates it" in ended.err
+    assert "40 m/s extrapolates it" in ended.err
+    assert "if angles are from the normal, give 90 - angle" in ended.err
 
 
 @pytest.mark.parametrize(

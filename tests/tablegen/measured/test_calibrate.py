@@ -35,8 +35,7 @@ def test_a_given_form_finds_its_numbers_again_and_says_how_it_was_made(tmp_path,
     tree = tomllib.loads(path.read_text())
     assert tree["pair"]["restitution"]["valid_speed"] == [100.0, 100.0]
     assert "measured rebounds (synthetic: simulated)" in tree["pair"]["resistance"]["source"]
-    # limits of ellipsoids alone
-    assert config.spin_targets.chain_ks == 0.1
+    assert config.spin_accuracy is None
     assert config.population == small_pair().population
     # 4,000 particles a row were measured, and few are simulated
     np.testing.assert_allclose(made.chosen.values, [0.6, 0.3], atol=0.05)
@@ -53,6 +52,8 @@ def test_grains_are_tried_and_the_spreads_choose(tmp_path, measured):
     lines = list(fit_lines(made))
     assert lines[0].startswith("means: all 7 held by ")
     assert lines[1].startswith("spreads: ")
+    assert lines[-1].startswith("numbers: the means leave open restitution at 5°")
+    assert np.isnan(made.chosen.errors[0])
     assert sum("chosen" in line for line in lines) == 1
     again = calibrate(measured, tmp_path / "b" / ".." / "a.toml", threads=2)
     assert again.config.text == made.config.text

@@ -66,15 +66,6 @@ def test_a_mixture_is_its_particles_put_together():
         np.testing.assert_allclose(mixed.std[name], together.std[name], rtol=1e-13)
 
 
-def test_equal_states_have_no_spread_and_no_error():
-    states = np.repeat(FIRST[:1], 5, axis=0)
-    found = moments_of(states)
-    for name in QUANTITIES:
-        assert found.std[name][0] < 1e-14
-        assert found.mean_error[name][0] < 1e-14
-        assert np.isfinite(found.std_error[name][0])
-
-
 def test_chance_errors_are_the_scatter_of_repetitions():
     """600 repetitions of two strata: a standard deviation of them is within 15 %, five errors."""
     rng, n = np.random.default_rng(2), 200

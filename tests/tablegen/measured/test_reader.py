@@ -56,6 +56,7 @@ WRONG = [
     (row("30,1,s", SOURCE.format("e_m")), r": line 1: got column 'e_m', allowed: alpha"),
     (row("30,1,1,s", SOURCE.format("e_n,e_n")), r": line 1: got column 'e_n' twice"),
     ("alpha_deg;e_n;source\n30;0,5;s\n", r": line 1: got semicolons between"),
+    ("alpha_deg\te_n\tsource\n30\t0.5\ts\n", r": line 1: got tabs or spaces between"),
     (row("0,,0.5,,,s"), r": line 2, alpha_deg: got 0, allowed: 1e-06 to 90 \(degrees"),
     (row("30,,0.5,,, "), r": line 2, source: got an empty cell"),
     (row("30,10,,,,s"), r": line 2: got no measured quantity"),

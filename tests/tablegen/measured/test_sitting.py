@@ -5,6 +5,7 @@ import subprocess
 import sys
 from itertools import product
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -43,13 +44,15 @@ def cost():
     "measured", [*SETS, CUBICS, TWO_SPEEDS], ids=lambda one: getattr(one, "name", str(one))
 )
 def test_means_are_held_by_smooth_laws(measured):
+    begun = process_time()
     made = calibrate(measured, threads=1)
+    assert process_time() - begun < 180.0
     assert not made.missed
     for one in made.chosen.means:
         assert abs(one.residual) <= {"e_n": 0.02, "e_t": 0.03}[one.column]
-    values = np.array(made.config.pair.restitution.value)
-    assert np.abs(np.diff(values, 2, axis=0)).max() < 0.25
-    assert sum(fit.cpu_seconds for fit in made.fits) < 180.0
+    for fit in made.fits:
+        values = np.array(fit.config.pair.restitution.value)
+        assert np.abs(np.diff(values, 2, axis=0)).max() <= 0.25
 
 
 @pytest.mark.study  # 12 minutes of CPU each

@@ -35,6 +35,11 @@ def test_the_smoothest_law_holds_every_mean_and_no_more():
     beyond = smoothest(numbers, lambda x: (x - 1.2) / 0.02)
     assert beyond.x.max() <= 1.0
     assert beyond.worst == pytest.approx(10.0, rel=1e-3)
+    # a law that zigzags holds nothing
+    zigzag = np.array([0.8, 0.4] * 3 + [0.8])
+    found = smoothest(numbers, lambda x: (x - zigzag) / 0.02)
+    assert np.abs(np.diff(found.x, 2)).max() <= 0.25
+    assert not found.held
 
 
 def test_bootstrapped_errors_follow_the_noise():
