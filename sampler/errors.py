@@ -34,7 +34,6 @@ CODES = (
     Code("ERR_ROUGHNESS_NOT_USABLE", -7,
         "roughness: allowed: 0 to 0.5 rad; of a profile: ra and rq 0 or more, rsm and diameter "
         "above 0, and a tilt within that"),
-    Code("ERR_TILT_NOT_FOUND", -8, "roughness: no tilt of a facet was accepted"),
     Code("ERR_CASCADE_NOT_ENDED", -9, "roughness: bounces without end"),
     Code("ERR_NO_SPIN_LAW", -10,
         "spin, grain, rebound: the table has no spin law, allowed: fresh grains without spin"),
@@ -74,7 +73,6 @@ NOT_APPROACHING = STATUS["NOT_APPROACHING"]
 SPEED_NOT_POSITIVE = STATUS["SPEED_NOT_POSITIVE"]
 NORMAL_NOT_USABLE = STATUS["NORMAL_NOT_USABLE"]
 HALF_SIZE = STATUS["HALF_SIZE"]
-TILT_NOT_FOUND = STATUS["TILT_NOT_FOUND"]
 CASCADE_NOT_ENDED = STATUS["CASCADE_NOT_ENDED"]
 NO_SPIN_LAW = STATUS["NO_SPIN_LAW"]
 GRAIN_NOT_KNOWN = STATUS["GRAIN_NOT_KNOWN"]

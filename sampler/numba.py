@@ -281,8 +281,8 @@ def rebound(
     roughness : float
         Standard deviation of the tilt of facets, rad, 0 to 0.5.
     fresh : bool
-        Whether the particle has another grain at each hit; without `omega` and `grain` the law of
-        first impacts, the only one of a table without a spin law.
+        Whether the particle has another grain at each hit; from a smooth wall without `omega` and
+        `grain` the law of first impacts, the only one of a table without a spin law.
     isotropic : bool
         Whether facets are tilted across the plane of incidence as well.
     out : float64 array, shape (6,) or (8,), written

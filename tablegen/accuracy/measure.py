@@ -204,11 +204,14 @@ def measure_spin(
     """Compare a spin law with direct simulation that keeps the orientation of a grain.
 
     Without spin at some conditions, over the impacts of chains, in cells of conditions and at every
-    hit of chains (`tablegen.accuracy.later_hits`). Arguments are those of `measure`.
+    hit of chains (`tablegen.accuracy.later_hits`); a table that leaves some of the six variables of
+    a state out, without spin alone. Arguments are those of `measure`.
     """
     targets = targets or config.spin_targets
     how: dict[str, Any] = {"seed": seed, "samples": samples}
     found = measure(table, config, places, targets=targets, progress=progress, **how)
+    if not set(STATE) <= set(table.columns):  # a chain goes on from all six
+        return LawAccuracy(found, prefix="spin ")
     with threadpool_limits(limits=1), bar(progress, total=1, desc="impacts of chains") as counted:
         over = compare_chains(drawn_from(table, seed), config, targets=targets.joint, **how)
         counted.update()

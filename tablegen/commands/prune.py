@@ -32,7 +32,7 @@ def _names(ctx: click.Context, param: click.Parameter, value: str | None) -> lis
     epilog=options.examples(
         "tablegen prune corundum-steel --scene plane-flow --output plane.h5",
         "tablegen prune my-pair.h5 --dimension 2 --output plane.h5",
-        "tablegen prune my-pair.h5 --components u,v --output no-spin.h5",
+        "tablegen prune my-pair.h5 --components u,v --output velocities.h5",
         "tablegen prune my-pair.h5 --scene my-scene.toml --output small.h5",
     ),
 )
@@ -64,9 +64,10 @@ def prune(
 ) -> int:
     """Cut a table to the variables, angles and speeds that are needed.
 
-    The new table gives the same draws as the full one for the same keys. A scene names the
-    variables, angles and speeds to keep, for a table of any pair. Laws, particles and numerical
-    parameters that it states itself must be those of the table.
+    The new table gives the same draws as the full one for the same keys, at later hits too: the
+    spin law stays unless a scene says spin = false. A scene names the variables, angles and speeds
+    to keep, for a table of any pair. Laws, particles and numerical parameters that it states itself
+    must be those of the table.
     """
     from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
@@ -78,7 +79,8 @@ def prune(
             "Missing option '--scene', '--dimension' or '--components', allowed: one or more"
         )
     source = find_table(table)
-    config = stored_config(read_table(source).config, "config of the table")
+    whole = read_table(source)
+    config = stored_config(whole.config, "config of the table")
     wanted = _wanted(config, scene, dimension, components)
     contents = prune_table(source, wanted, output, scene or "flags")
     alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]
@@ -87,6 +89,9 @@ def prune(
         f"{speed[0]:g} to {speed[-1]:g} m/s; {output.stat().st_size / 1e3:.0f} kB "
         f"of {source.stat().st_size / 1e3:.0f} kB"
     )
+    left = [name for name in whole.variables if name not in contents.variables]
+    left += ["the spin law"] if whole.has_spin and not contents.has_spin else []
+    click.echo(f"left out: {', '.join(left) or 'no component'}")
     return DONE
 
 

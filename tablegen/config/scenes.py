@@ -32,12 +32,11 @@ def parse_toml(text: str, origin: str) -> Tree:
 def merged(base: Tree, changes: Tree) -> Tree:
     """Lay a scene's changes over the content of a pair file; neither is modified.
 
-    Tables are merged field by field, everything else is replaced, with four exceptions:
+    Tables are merged field by field, everything else is replaced, with three exceptions:
 
     - A table of another ``law``, ``distribution`` or ``preset`` replaces the old one whole.
     - A changed range of the domain drops the nodes that were chosen for the old range.
     - A ``dimension`` drops the components that were listed for another.
-    - Components or a dimension drop the spin law, which costs the same for fewer components.
     """
     domain = changes.get("domain")
     if isinstance(domain, dict):
@@ -45,8 +44,6 @@ def merged(base: Tree, changes: Tree) -> Tree:
         base = _without(base, "table", stale)
         if "dimension" in domain:
             base = _without(base, "domain", {"components"})
-        if {"components", "dimension"} & domain.keys():
-            base = {key: value for key, value in base.items() if key != "spin"}
     return _overlaid(base, changes)
 
 

@@ -28,7 +28,6 @@ import math
 
 import numpy as np
 
-from sampler.errors import OK, TILT_NOT_FOUND
 from tablegen.model.frames import combine, cross, dot, impact_angle, tangent, unit, vector
 from tablegen.model.jit import kernel, no_refcount_kernel
 from tablegen.model.random_numbers import normal_cdf, normal_quantile, philox_block, uniform
@@ -77,7 +76,7 @@ def proposed_score(c, u_part, u_size, u_side):
 
 @kernel
 def draw_tilt(alpha1, roughness, keys):
-    """Draw the tilt of the facet that a particle meets: whether one was accepted, and the tilt.
+    """Draw the tilt of the facet that a particle meets; 0 if path and wall are too flat for one.
 
     ``alpha1``, in [0, pi/2], is the angle between path and mean wall, ``roughness``, positive, the
     standard deviation of the tilt of all facets; angles in rad. The keys are seed, index and hit.
@@ -90,24 +89,24 @@ def draw_tilt(alpha1, roughness, keys):
         if _SHADOW < local < math.pi - _SHADOW and abs(tilt) < 0.5 * math.pi:
             bound = math.sin(alpha1) + tilt * math.cos(alpha1)
             if uniform(w3) * bound < math.sin(local):
-                return True, tilt
-    return False, 0.0
+                return tilt
+    return 0.0
 
 
 @kernel
 def draw_across(roughness, keys):
-    """Draw the tilt across the plane of incidence: whether one was accepted, and the tilt."""
+    """Draw the tilt across the plane of incidence."""
     for trial in range(_MAX_TRIALS):
         w0, w1, _, _ = philox_block(keys[0], keys[1], keys[2], _FIRST_BLOCK + _MAX_TRIALS + trial)
         tilt = roughness * normal_quantile(uniform(w0))
         if abs(tilt) < 0.5 * math.pi and uniform(w1) < math.cos(tilt):
-            return True, tilt
-    return False, 0.0
+            return tilt
+    return 0.0
 
 
 @no_refcount_kernel
 def facet_normals(moving, normal, roughness, across, keys, facets):
-    """Draw the facets that particles meet; return the first row without one, or -1, and its code.
+    """Draw the facets that particles meet.
 
     ``moving`` (n, 3): velocities relative to the mean wall, towards it or along it [m/s];
     ``normal`` (n, 3): of the mean wall, into the gas, of any length but zero; ``roughness`` (n,)
@@ -121,19 +120,16 @@ def facet_normals(moving, normal, roughness, across, keys, facets):
         if roughness[k] > 0.0:
             one = seed, index[k], hit[k]
             alpha1 = max(impact_angle(velocity, facet), 0.0)
-            found, tilt = draw_tilt(alpha1, roughness[k], one)
-            both, other = draw_across(across[k], one) if across[k] > 0.0 else (True, 0.0)
-            if not (found and both):
-                return k, TILT_NOT_FOUND
+            tilt = draw_tilt(alpha1, roughness[k], one)
             # at normal impact, in a plane at the azimuth of the keys
             e_x = tangent(velocity, facet, one)
             tilted = combine(math.cos(tilt), facet, -math.sin(tilt), e_x)
             if across[k] > 0.0:
-                size, e_z = math.cos(tilt) * math.sin(other), cross(e_x, facet)
+                other, e_z = draw_across(across[k], one), cross(e_x, facet)
+                size = math.cos(tilt) * math.sin(other)
                 tilted = combine(math.cos(other), tilted, size, e_z)
             facet = tilted
         facets[k, 0], facets[k, 1], facets[k, 2] = facet
-    return -1, OK
 
 
 @no_refcount_kernel

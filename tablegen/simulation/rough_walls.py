@@ -119,9 +119,7 @@ def _bounce(
     keys = seed, impacts.index, impacts.hit
     facets = np.empty((count, 3))
     wall = impacts.normal, impacts.roughness, impacts.across
-    row, code = facet_normals(impacts.moving, *wall, keys, facets)
-    if row >= 0:
-        return row, code
+    facet_normals(impacts.moving, *wall, keys, facets)
     numbers = np.ascontiguousarray(impacts.moving), facets, impacts.half_size, still
     conditions, omega = np.empty((count, CONDITION_SIZE)), np.ascontiguousarray(impacts.omega)
     row, code = lab_conditions(numbers, omega, keys, arrays.numerics, conditions, 0)

@@ -2,12 +2,15 @@
 
 Every channel keeps its random word, so rows of the mixture's factors stay if a later channel is
 needed. The look-up of the axes is unchanged, so a condition finds the same cell with the same
-weights. A spin law goes, or stays whole but for the works, its last outcomes.
+weights. A spin law stays, unless the scene says ``spin = false``, and all of it but the works, its
+last outcomes: u comes from the size of the scaled velocity, and all three angular velocities are
+bounded together.
 """
 
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,11 +55,6 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
         for path, values in contents.datasets.items()
         if scene.spin or not path.startswith((GROUP, ACCURACY))
     }
-    if scene.spin and not has_works(variables):
-        factors = N_OUTCOMES * (N_OUTCOMES + 1) // 2
-        datasets["spin/mean"] = contents["spin/mean"][..., :N_OUTCOMES]
-        datasets["spin/factor"] = contents["spin/factor"][..., :factors]
-        datasets["spin/quantiles"] = contents["spin/quantiles"][:, :N_OUTCOMES]
     for path, values in contents.datasets.items():
         if path.startswith(("marginals/quantiles", "dependence/")):
             datasets[path] = values[rows, columns]
@@ -67,6 +65,8 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     for axis, kept in (("alpha", rows), ("speed", columns)):
         nodes = "axes/alpha_deg" if axis == "alpha" else "axes/speed"
         datasets[nodes] = contents[nodes][kept]
+    if scene.spin:
+        datasets |= _spin_law(contents, datasets, has_works(variables))
     datasets |= {path: values[:0] for path, values in datasets.items() if "accuracy/" in path}
     datasets["accuracy/ks"] = np.empty((0, len(variables)))
     text = _config_text(own, scene, datasets)
@@ -139,6 +139,27 @@ def _kept_nodes(contents: TableContents, axis: str, low: float, high: float) -> 
         return max(min(int(x) - offset, nodes - 2), 0)
 
     return slice(node_below(low), min(node_below(high) + 2, nodes))
+
+
+def _spin_law(
+    contents: TableContents, cut: dict[str, NDArray[Any]], works: bool
+) -> dict[str, NDArray[Any]]:
+    """Cut what a spin law covers to the nodes that are kept, and the works, if they go."""
+    speeds = contents["spin/speed_range"].copy()
+    if not contents.speed_independent:  # the last one, which spins reach, scales a coordinate
+        speeds[0] = cut["axes/speed"][0]
+    found = {
+        "spin/alpha_range_deg": cut["axes/alpha_deg"][[0, -1]],
+        "spin/speed_range": speeds,
+    }
+    if works:
+        return found
+    factors = N_OUTCOMES * (N_OUTCOMES + 1) // 2
+    return found | {
+        "spin/mean": contents["spin/mean"][..., :N_OUTCOMES],
+        "spin/factor": contents["spin/factor"][..., :factors],
+        "spin/quantiles": contents["spin/quantiles"][:, :N_OUTCOMES],
+    }
 
 
 def _config_text(own: Config, scene: Config, datasets: dict[str, NDArray[np.float64]]) -> str:

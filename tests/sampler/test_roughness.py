@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 from impacts import impacts
 from refusals import refused
+from small_tables import works
+from spin_tables import energies, with_spin_law
 
 import sampler
+from sampler.table import Table
 
 UP = (0.0, 1.0, 0.0)
 
@@ -35,6 +38,41 @@ def test_every_particle_leaves_and_none_gains_speed(shipped, roughness, isotropi
     assert np.isfinite(omega).all()
     assert (np.einsum("nk,nk->n", v, normal) > 0.0).all()
     assert (np.linalg.norm(v, axis=1) <= np.linalg.norm(velocity, axis=1)).all()
+
+
+def gains(table, n, grain, most_spin, seed):
+    """Energy after a hit and works over that before, each by its bound for the grain."""
+    rng = np.random.default_rng(seed)
+    alpha, speed = np.radians(rng.uniform(0.5, 90.0, n)), np.exp(rng.uniform(1.6, 5.7, n))
+    velocity = speed[:, None] * np.column_stack([np.cos(alpha), -np.sin(alpha), 0.0 * alpha])
+    spin = rng.standard_normal((n, 3))
+    spin *= (rng.uniform(0.0, most_spin, n) / np.linalg.norm(spin, axis=1))[:, None]
+    how = {"omega": spin * speed[:, None] / 1e-5} if most_spin else {}
+    how |= {"roughness": rng.uniform(0.05, 0.5, n), "isotropic": bool(seed % 2)}
+    keys, works = {"seed": seed, "index": np.arange(n), "hit": 0}, np.zeros((n, 2))
+    how |= {"works": works} if "work_shear" in table.columns else {}
+    v, omega = table.rebound(velocity, UP, 1e-5, grain=grain, **how, **keys)
+    states = np.hstack([v, 1e-5 * omega]) / speed[:, None]
+    grains = table.grains(seed, np.arange(n))  # at the first hit those of fresh ones, too
+    after, before = energies(table.contents, states, spin, grains)
+    return (after + 2.0 * works.sum(axis=1) / speed**2) / before
+
+
+@pytest.mark.parametrize("grain", ["own", "fresh"])
+@pytest.mark.parametrize("most_spin", [0.0, 10.0])
+def test_facets_of_a_hit_share_its_energy(grain, most_spin):
+    """In a table whose outcomes know nothing of the grain, every facet gives some."""
+    table = Table(with_spin_law(works()))
+    found = gains(table, 20_000, grain, most_spin, 3)
+    assert 0.99 < found.max() < 1.0 + 1e-12
+
+
+@pytest.mark.study  # 10^7 rebounds take a minute
+@pytest.mark.parametrize("grain", ["own", "fresh"])
+@pytest.mark.parametrize("most_spin", [0.0, 1.0, 3.0, 6.0, 10.0])
+def test_no_hit_makes_energy(shipped, grain, most_spin):
+    for seed in range(4):
+        assert gains(shipped, 250_000, grain, most_spin, seed).max() < 1.0 + 1e-12
 
 
 def test_normal_impact_scatters_alike_in_all_directions(shipped):
@@ -64,6 +102,12 @@ def test_off_is_the_smooth_wall(shipped):
     np.testing.assert_allclose(tiny[0], smooth[0], atol=1e-3)
     rough = shipped.rebound(velocity, normal, 1e-5, roughness=0.1, **keys)
     assert np.abs(rough[0] - smooth[0]).max() > 10.0
+
+
+def test_path_and_wall_too_flat_for_a_tilt_are_a_smooth_wall(shipped):
+    impact, keys = ([100.0, -3e-8, 0.0], UP, 1e-5), {"seed": 2, "index": range(50)}
+    flat = shipped.rebound(*impact, roughness=1e-10, **keys)
+    np.testing.assert_allclose(flat, shipped.rebound(*impact, **keys), rtol=1e-6, atol=1e-3)
 
 
 def test_rows_have_roughness_of_their_own_and_threads_change_nothing(shipped):

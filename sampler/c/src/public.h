@@ -106,7 +106,6 @@ extern "C" {
 #define RBT_ERR_NORMAL_NOT_USABLE (-5)
 #define RBT_ERR_HALF_SIZE (-6)
 #define RBT_ERR_ROUGHNESS_NOT_USABLE (-7)
-#define RBT_ERR_TILT_NOT_FOUND (-8)
 #define RBT_ERR_CASCADE_NOT_ENDED (-9)
 #define RBT_ERR_NO_SPIN_LAW (-10)
 #define RBT_ERR_GRAIN_NOT_KNOWN (-11)
@@ -240,8 +239,8 @@ typedef struct rbt_impacts {
     const double *grain;         /* 3 n; NULL: the grains of the keys */
     const uint64_t *index;       /* identities of the particles; required */
     const uint32_t *hit;         /* how many walls they have met before; required */
-    int fresh;     /* 1: another grain at each hit; without omega and grain the law of first impacts,
-                      the only one of a table without a spin law */
+    int fresh;     /* 1: another grain at each hit; from smooth walls, without omega and grain, the
+                      law of first impacts, the only one of a table without a spin law */
     int isotropic; /* 1: facets are tilted across the plane of incidence as well; 0: in it only */
 } rbt_impacts;
 
@@ -263,11 +262,12 @@ typedef struct rbt_rebounds {
    A rough wall has facets whose normals are tilted at random in the plane of incidence; the particle
    meets them as it sees them, by their projected area, none in the shadow of others. One that a facet
    sends back into the wall meets further facets within the same hit, with the spin that the one before
-   has left: its works are their sums, its flags those of any of them. `normal` is that of the mean wall.
+   has left: its works are their sums, its flags those of any of them. One hit has one grain, a fresh one
+   too, and no more energy after than that can have had before. `normal` is that of the mean wall.
 
    Returns the first error, else the sum of the flags of all rows. Errors: those of rbt_sample, and
-   RBT_ERR_NORMAL_NOT_USABLE, RBT_ERR_HALF_SIZE, RBT_ERR_ROUGHNESS_NOT_USABLE; RBT_ERR_TILT_NOT_FOUND and
-   RBT_ERR_CASCADE_NOT_ENDED, with probabilities below 1e-50 and 1e-30 a hit. */
+   RBT_ERR_NORMAL_NOT_USABLE, RBT_ERR_HALF_SIZE, RBT_ERR_ROUGHNESS_NOT_USABLE; RBT_ERR_CASCADE_NOT_ENDED
+   with a probability below 1e-30 a hit. */
 RBT_API RBT_MUST_USE RBT_DEVICE int rbt_rebound(const rbt_table *table, size_t n,
                                                 const rbt_impacts *impacts, uint64_t seed,
                                                 rbt_rebounds *rebounds);

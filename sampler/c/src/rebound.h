@@ -12,10 +12,13 @@ typedef struct rbti_hit {
     double spin[3];
 } rbti_hit;
 
-/* Whether impacts are drawn from the spin law, not from that of first impacts. */
-RBTI_INLINE RBT_DEVICE int rbti_spins(const rbt_impacts *impacts)
+/* Whether an impact is drawn from the spin law, not from that of first impacts: on a rough wall where
+   there is one, for all facets of a hit meet the same grain. */
+RBTI_INLINE RBT_DEVICE int rbti_spins(const rbt_table *table, const rbt_impacts *impacts,
+                                      const rbti_hit *of)
 {
-    return !impacts->fresh || impacts->omega || impacts->grain;
+    return !impacts->fresh || impacts->omega || impacts->grain ||
+           (of->rough && table->spin.n_shapes > 0);
 }
 
 /* Impact of row k: RBT_OK or an error. */
@@ -82,12 +85,12 @@ RBTI_INLINE RBT_DEVICE int rbti_rebound_row(const rbt_table *table, const rbt_im
                                             size_t k, uint64_t seed, const rbt_rebounds *out)
 {
     const rbti_grains grains = {rbti_vector_of(impacts->grain, k), seed, impacts->fresh};
-    const int spins = rbti_spins(impacts);
     rbti_cascade facets;
     rbti_hit of;
     of.facets = &facets;
     double state[RBT_VALUES];
     int code = rbti_begin_row(impacts, k, seed, &of);
+    const int spins = rbti_spins(table, impacts, &of);
     if (code == RBT_OK)
         code = rbti_draw_one(table, of.met.alpha1, of.met.speed, spins ? of.spin : NULL, seed,
                              &grains, impacts->index[k], impacts->hit[k], spins,
@@ -104,10 +107,10 @@ static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts
     rbti_hit hits[RBTI_BLOCK];
     rbti_cascade facets[RBTI_BLOCK];
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK];
-    double states[RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED;
-    int met[RBTI_BLOCK];
-    const int spins = rbti_spins(impacts), variables = out->works ? RBT_VALUES : 6;
-    rbt_conditions given = {alpha1, speed, spins ? spin : NULL, NULL, NULL, NULL, impacts->fresh};
+    double states[2][RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED; /* of first impacts, of the spin law */
+    int met[RBTI_BLOCK], drawn[2][RBTI_BLOCK], wanted[2] = {0, 0};
+    const int variables = out->works ? RBT_VALUES : 6;
+    rbt_conditions given = {alpha1, speed, NULL, NULL, NULL, NULL, impacts->fresh};
     given.grain = rbti_vector_of(impacts->grain, first);
     given.index = impacts->index + first;
     given.hit = impacts->hit + first;
@@ -117,12 +120,19 @@ static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts
         alpha1[r] = met[r] == RBT_OK ? hits[r].met.alpha1 : RBTI_HALF_PI;
         speed[r] = met[r] == RBT_OK ? hits[r].met.speed : 1.0;
         memcpy(spin + 3 * r, hits[r].spin, sizeof hits[r].spin);
+        wanted[rbti_spins(table, impacts, &hits[r])] = 1;
     }
-    rbti_draw_rows(table, &given, 0, count, seed, variables, states, codes);
-    for (size_t r = 0; r < count; r++)
+    for (int law = 0; law < 2; law++) {
+        given.spin = law ? spin : NULL;
+        if (wanted[law])
+            rbti_draw_rows(table, &given, 0, count, seed, variables, states[law], drawn[law]);
+    }
+    for (size_t r = 0; r < count; r++) {
+        const int law = rbti_spins(table, impacts, &hits[r]);
         codes[r] = rbti_end_row(table, impacts, first + r, seed, &hits[r],
-                                states + (size_t)variables * r, met[r] < RBT_OK ? met[r] : codes[r],
-                                out);
+                                states[law] + (size_t)variables * r,
+                                met[r] < RBT_OK ? met[r] : drawn[law][r], out);
+    }
 }
 
 #endif

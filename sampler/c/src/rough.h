@@ -73,6 +73,7 @@ RBTI_INLINE RBT_DEVICE int rbti_try_across(double roughness, const uint32_t word
 typedef struct rbti_cascade {
     double moving[3], turning[3]; /* velocity, m/s, and angular velocity, rad/s */
     double wall[3], e_y[3], half_size, roughness;
+    double speed_before, spin_before; /* squares of the speed and of a times the angular velocity */
     int isotropic;
 } rbti_cascade;
 
@@ -95,26 +96,29 @@ RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double nor
     if (sqrt(rbti_dot(c->moving, c->moving)) < RBTI_LEAST_SPEED)
         return RBT_ERR_SPEED_NOT_POSITIVE;
     rbti_unit(normal, c->e_y);
+    c->speed_before = rbti_dot(c->moving, c->moving);
+    c->spin_before = half_size * half_size * rbti_dot(c->turning, c->turning);
     c->half_size = half_size;
     c->roughness = roughness;
     c->isotropic = isotropic;
     return rbti_dot(c->moving, c->e_y) < 0.0 ? RBT_OK : RBT_ERR_NOT_APPROACHING;
 }
 
-/* Tilt in the plane of incidence, or across it, from trials from a block of words on: whether one was
-   accepted. */
-RBTI_INLINE RBT_DEVICE int rbti_find_tilt(const rbti_cascade *c, int across, double alpha1,
-                                          uint64_t seed, uint64_t index, uint32_t hit, double *tilt)
+/* Tilt in the plane of incidence, or across it, from trials from a block of words on. None where no
+   trial is accepted: path and roughness are then as flat as RBTI_SHADOW. */
+RBTI_INLINE RBT_DEVICE double rbti_find_tilt(const rbti_cascade *c, int across, double alpha1,
+                                             uint64_t seed, uint64_t index, uint32_t hit)
 {
     const uint32_t first = RBTI_TILT_BLOCK + (across ? RBTI_MAX_TRIALS : 0u);
-    int found = 0;
-    for (uint32_t trial = 0; trial < RBTI_MAX_TRIALS && !found; trial++) {
+    for (uint32_t trial = 0; trial < RBTI_MAX_TRIALS; trial++) {
         uint32_t words[4];
+        double tilt;
         rbti_fill_words(1, first + trial, seed, &index, &hit, 1, words);
-        found = across ? rbti_try_across(c->roughness, words, tilt)
-                       : rbti_try_tilt(alpha1, c->roughness, words, tilt);
+        if (across ? rbti_try_across(c->roughness, words, &tilt)
+                   : rbti_try_tilt(alpha1, c->roughness, words, &tilt))
+            return tilt;
     }
-    return found;
+    return 0.0;
 }
 
 /* Impact on the facet that the particle meets next. */
@@ -122,15 +126,14 @@ RBTI_ONCE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, u
                                          uint32_t hit, rbti_impact *met)
 {
     const double speed = sqrt(rbti_dot(c->moving, c->moving));
-    double tangential, tilt = 0.0, across = 0.0, e_x[3], e_z[3], facet[3];
+    double tangential, e_x[3], e_z[3], facet[3];
     double alpha1 = rbti_impact_angle(c->moving, c->e_y, &tangential);
     alpha1 = alpha1 > 0.0 ? alpha1 : 0.0;
-    if (!rbti_find_tilt(c, 0, alpha1, seed, index, hit, &tilt) ||
-        (c->isotropic && !rbti_find_tilt(c, 1, alpha1, seed, index, hit, &across)))
-        return RBT_ERR_TILT_NOT_FOUND;
+    const double tilt = rbti_find_tilt(c, 0, alpha1, seed, index, hit);
     rbti_tangent(c->moving, c->e_y, tangential, speed, seed, index, hit, e_x);
     rbti_combine(cos(tilt), c->e_y, -sin(tilt), e_x, facet);
     if (c->isotropic) {
+        const double across = rbti_find_tilt(c, 1, alpha1, seed, index, hit);
         rbti_cross(e_x, c->e_y, e_z);
         rbti_combine(cos(across), facet, cos(tilt) * sin(across), e_z, facet);
     }
@@ -152,14 +155,57 @@ RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], 
     }
 }
 
+/* Energy that a hit may leave, 2 / m times, and the smallest moment of inertia of the grain. */
+typedef struct rbti_budget {
+    double energy, smallest;
+} rbti_budget;
+
+/* Budget of a hit: the most energy that the grain can have had before. */
+RBTI_INLINE RBT_DEVICE rbti_budget rbti_budget_of(const rbt_table *table, const rbti_cascade *c,
+                                                  const rbti_grains *grains, uint64_t index,
+                                                  uint32_t hit)
+{
+    const rbt_spin_law *law = &table->spin;
+    int32_t shape;
+    double ratios[2], moments[2];
+    if (grains->given)
+        rbti_take_grains(1, law, grains->given, 1, &shape, ratios);
+    else
+        rbti_fill_grains(1, law, grains->seed, grains->fresh, &index, &hit, 1, &shape, ratios);
+    rbti_moments(law, shape, ratios[0], ratios[1], moments);
+    const rbti_budget budget = {c->speed_before + moments[0] * c->spin_before, moments[1]};
+    return budget;
+}
+
+/* Slow a particle that has more energy than the budget. A draw knows no more of the grain before a
+   bounce than bounds of its energy, so that a bounce may have given some. The works are what is left,
+   at most. */
+RBTI_INLINE RBT_DEVICE void rbti_hold(rbti_cascade *c, const rbti_budget *budget, double *works)
+{
+    const double turning = c->half_size * c->half_size * rbti_dot(c->turning, c->turning);
+    const double energy = rbti_dot(c->moving, c->moving) + budget->smallest * turning;
+    const double left = budget->energy - energy;
+    const double scale = left < 0.0 ? sqrt(budget->energy / energy) : 1.0;
+    for (int k = 0; k < 3; k++) {
+        c->moving[k] *= scale;
+        c->turning[k] *= scale;
+    }
+    const double sum = works ? 2.0 * (works[0] + works[1]) : 0.0;
+    for (int k = 0; k < 2 && sum > 0.0 && sum > left; k++)
+        works[k] *= left > 0.0 ? left / sum : 0.0;
+}
+
 /* Bounces behind the first one until the particle leaves, each with random numbers of its own, and
    where there is a law for it with the spin that the one before has left. Adds their works. */
 RBTI_APART RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c, uint64_t seed,
                                          const rbti_grains *grains, uint64_t index, uint32_t hit,
                                          double *works)
 {
-    const int spins = table->spin.n_shapes > 0;
+    const int spins = table->spin.n_shapes > 0, held = spins && !table->spheres;
+    rbti_budget budget = {0.0, 0.0};
     int flags = RBT_OK;
+    if (held)
+        budget = rbti_budget_of(table, c, grains, index, hit);
     for (uint32_t bounce = 1; bounce < RBTI_MAX_BOUNCES; bounce++) {
         const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
         double spin[3], state[RBT_VALUES];
@@ -174,6 +220,8 @@ RBTI_APART RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c
             return code;
         rbti_leave(&met, state, c->moving, c->turning);
         rbti_add_works(&met, state, works);
+        if (held)
+            rbti_hold(c, &budget, works);
         flags |= code;
         if (rbti_has_left(c))
             return flags;

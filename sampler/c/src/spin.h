@@ -150,16 +150,24 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_
         values[r] = (double)rbti_power_of_two(y[r]);
 }
 
-/* Moments of inertia of the grains over m a^2, the smallest and the largest. */
+/* Moments of inertia of a grain over m a^2, the largest and the smallest. */
+RBTI_INLINE RBT_DEVICE void rbti_moments(const rbt_spin_law *law, int32_t shape, double b_a,
+                                         double c_b, double moments[2])
+{
+    const double *of = law->shape_inertia + 2 * shape, b = b_a * b_a;
+    moments[0] = of[0] * (1.0 + b);
+    moments[1] = of[1] * b * (1.0 + c_b * c_b);
+}
+
 RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_spin_law *law,
                                               rbti_spin_draws *d, double *largest)
 {
     const double *ratios = d->inputs + RBTI_RATIO * m;
     RBTI_EACH_DRAW(r) {
-        const double *of = law->shape_inertia + 2 * d->shape[r];
-        const double b = ratios[r] * ratios[r], c = ratios[m + r] * ratios[m + r];
-        largest[r] = of[0] * (1.0 + b);
-        d->smallest[r] = of[1] * b * (1.0 + c);
+        double moments[2];
+        rbti_moments(law, d->shape[r], ratios[r], ratios[m + r], moments);
+        largest[r] = moments[0];
+        d->smallest[r] = moments[1];
     }
 }
 

@@ -82,22 +82,59 @@ def test_conditions_that_stay_have_the_same_draws(wide, tmp_path, alpha_deg, spe
         np.testing.assert_array_equal(part[name], full[name])
 
 
-def test_works_go_from_both_laws(tmp_path):
-    whole, cut = tmp_path / "whole.h5", tmp_path / "cut.h5"
+@pytest.fixture(scope="module")
+def spinning(tmp_path_factory):
+    """Table with works and a spin law, and its configuration."""
+    path = tmp_path_factory.mktemp("spinning") / "whole.h5"
     sizes = {"spin_leaves": 1, "spin_groups": 2, "spin_experts": 2, "spin_rebounds": 1000}
     changes = {"spin": True, "table": sizes, "domain": {"components": [*STATE, *WORKS]}}
     config = WIDE.with_changes(changes)
-    generate(config, whole, conditions=0)
-    prune(whole, config.with_changes({"spin": True, "domain": {"components": list(STATE)}}), cut)
-    full, part = sampler.load(whole), sampler.load(cut)
-    assert part.columns == STATE
-    assert part.contents["spin/mean"].shape[-1] == 6
-    assert cut.stat().st_size < whole.stat().st_size
+    generate(config, path, conditions=0)
+    return path, config
+
+
+@pytest.mark.parametrize(
+    "kept", [STATE, ("u", "v", "omega_z"), ("u", "v", "w", *WORKS)], ids=" ".join
+)
+def test_what_stays_of_both_laws_has_the_same_draws(spinning, tmp_path, kept):
+    whole, config = spinning
+    prune(whole, config.with_changes({"domain": {"components": list(kept)}}), tmp_path / "cut.h5")
+    full, part = sampler.load(whole), sampler.load(tmp_path / "cut.h5")
+    assert part.columns == kept
+    assert part.contents["spin/mean"].shape[-1] == (8 if "work_shear" in kept else 6)
+    columns = [full.columns.index(name) for name in kept]
+    out = [k for k, name in enumerate(STATE) if name not in kept]
+    keys = {"seed": 3, "index": np.arange(500), "hit": 0}
     for spin in (None, [0.3, -0.5, 0.8]):
-        keys = {"spin": spin, "seed": 3, "index": np.arange(500), "hit": 0}
-        states = full.sample(0.8, 100.0, **keys)
-        np.testing.assert_array_equal(part.sample(0.8, 100.0, **keys), states[:, :6])
-        assert (states[:, 6:] > 0.0).all()
+        states = full.sample(0.8, 100.0, spin=spin, **keys)
+        np.testing.assert_array_equal(
+            part.sample(0.8, 100.0, spin=spin, **keys), states[:, columns]
+        )
+    # the impact has the axes of the laboratory, where components that are left out are 0
+    impact = [60.0, -80.0, 0.0], [0.0, 1.0, 0.0], 1e-3
+    for how in ({"grain": "fresh"}, {}, {"omega": [3e4, -5e4, 8e4]}):
+        states = np.hstack(full.rebound(*impact, **how, **keys))
+        states[:, out] = 0.0
+        np.testing.assert_array_equal(np.hstack(part.rebound(*impact, **how, **keys)), states)
+
+
+@pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
+def test_both_laws_keep_one_range(spinning, tmp_path):
+    whole, config = spinning
+    cut = config.with_changes({"domain": {"alpha_deg": [31.0, 49.0], "speed": [160.0, 170.0]}})
+    prune(whole, cut, tmp_path / "cut.h5")
+    full, part = sampler.load(whole), sampler.load(tmp_path / "cut.h5")
+    assert part.covered.alpha_deg == pytest.approx((30.0, 50.0))
+    assert part.covered.speed == (150.0, 300.0)
+    assert part.covered.spin == full.covered.spin
+    inside, beyond = np.radians([30.0, 50.0, 40.0]), np.radians([12.0, 70.0, 40.0])
+    keys = {"spin": [0.0, 0.0, 1.0], "seed": 3, "index": np.arange(3), "hit": 0}
+    states = full.sample(inside, 200.0, **keys)
+    for angles in (inside, beyond):
+        np.testing.assert_array_equal(part.sample(angles, 200.0, **keys), states)
+    slow = part.sample(0.7, 80.0, **keys | {"spin": [0.0, 0.0, 0.0]})
+    np.testing.assert_array_equal(slow, full.sample(0.7, 150.0, **keys | {"spin": [0.0] * 3}))
+    assert (part.counts["angle"], part.counts["speed"]) == (2, 3)
 
 
 def test_a_wrong_cut_would_be_seen(wide, tmp_path):
