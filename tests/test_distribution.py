@@ -55,8 +55,6 @@ SOURCES = (
     "LICENSE",
     "pyproject.toml",
     "docs/method.md",
-    "docs/examples/dusty_gas/__main__.py",
-    "docs/examples/many_hits/__main__.py",
     "docs/examples/openfoam_bend/__main__.py",
     "tables/corundum-steel.h5",
     "tests/conftest.py",

@@ -9,10 +9,10 @@ import pytest
 HEAVY = (150.0, 0.1)
 
 
-def mirror(velocity, normal, omega, orientation, time, **keys):
+def mirror(velocity, normal, diameter, omega, turned, time, **keys):
     """Perfect rebound without spin."""
     into = (velocity * normal).sum(axis=1)[:, None]
-    return velocity - 2.0 * into * normal, np.zeros_like(omega), orientation
+    return velocity - 2.0 * into * normal, np.zeros_like(omega), turned
 
 
 def test_gas_has_the_same_rate_everywhere_and_drag_is_that_of_schiller_and_naumann():
@@ -48,11 +48,15 @@ def test_spin_decays_and_the_orientation_turns_as_far_between_hits():
     """By the integral of the spin, 1e6 rad/s at first; orientations stay with their particles."""
     seen = []
 
-    def spin(velocity, normal, omega, orientation, time, index, hit, **keys):
+    def spin(velocity, normal, diameter, omega, orientation, time, index, hit, **keys):
         seen.append((hit, omega[:, 2], omega[:, 2] * time, orientation[:, 0] - index))
         turned = orientation.copy()
         turned[:, 0] = index
-        return mirror(velocity, normal, omega, None, 0.0)[0], np.full_like(omega, 1e6), turned
+        return (
+            mirror(velocity, normal, diameter, omega, None, 0.0)[0],
+            np.full_like(omega, 1e6),
+            turned,
+        )
 
     bend.follow(spin, (150.0, 20e-6), 20, seed=1)
     hit, later, turned, off = (np.concatenate(column) for column in zip(*seen, strict=True))
