@@ -55,7 +55,7 @@ SOURCES = (
     "LICENSE",
     "pyproject.toml",
     "docs/method.md",
-    "docs/examples/openfoam_bend/__main__.py",
+    "docs/examples/wall_laws.py",
     "tables/corundum-steel.h5",
     "tests/conftest.py",
     "tests/data/direct.json",

@@ -76,13 +76,13 @@ def test_the_table_is_direct_simulation_over_many_walls(models):
     An exact law fails less than once in 1000.
     """
     found = {}
-    for seed, name in enumerate(("direct simulation", "table", "spheres")):
+    for seed, name in enumerate(("direct simulation", "table", "sphere")):
         impacts = bend.follow(models[name], (150.0, 30e-6), 1000, seed=seed)
         assert impacts.hit.max() >= 3
         values, errors = bend.by_place(impacts, 1000, np.array([0.0, 1.0]), 150.0)
         found[name] = values[[3, 5], 0], errors[[3, 5], 0]
     direct, error = found["direct simulation"]
-    for name, agrees in (("table", True), ("spheres", False)):
+    for name, agrees in (("table", True), ("sphere", False)):
         allowed = 0.015 * direct[0] + 3.0 * np.hypot(error, found[name][1])
         assert (np.abs(found[name][0] - direct) < allowed).all() == agrees
 
