@@ -13,8 +13,8 @@ from collections import namedtuple
 
 import matplotlib.pyplot as plt
 import numpy as np
-from many_hits import LOOKS, make_models
 from tqdm import tqdm
+from wall_laws import LOOKS, model_laws
 
 import sampler
 import tablegen
@@ -23,8 +23,7 @@ GAS_DENSITY, VISCOSITY, PARTICLE_DENSITY = 1.16, 1.85e-5, 3950.0  # air and coru
 INNER, OUTER, BEFORE, BEHIND = 0.1, 0.2, 0.1, 0.2  # radii of the walls, straight parts, m
 MIDDLE = 0.5 * (INNER + OUTER)
 TURN = 0.5 * math.pi * MIDDLE  # length of the bend along its middle line
-GROUPS, SPEED = 20, 150.0  # of particles; of the gas, m/s
-STEP = 0.02  # time step, widths of the duct over the speed of the gas
+GROUPS, SPEED, STEP = 20, 150.0, 0.02  # of particles; of the gas, m/s; time, width / SPEED
 SLIDES = 1e-3  # speed into the wall, over that of the gas, below which a particle slides
 QUANTITIES = (
     "impacts a particle, per metre",
@@ -89,8 +88,8 @@ def hit_times(gas, x, v, h):
     return low
 
 
-def follow(rebound, gas, count, seed):
-    """Follow particles with one of `many_hits.make_models`; return `Impacts` on the outer wall."""
+def follow(law, gas, count, seed):
+    """Follow particles with a law of `wall_laws.py`; return `Impacts` on the outer wall."""
     h = STEP * (OUTER - INNER) / gas[0]
     decay = 10.0 / 3.0 * 18.0 * VISCOSITY / (PARTICLE_DENSITY * gas[1] ** 2)
     records, rng = [], np.random.default_rng(seed)
@@ -118,8 +117,9 @@ def follow(rebound, gas, count, seed):
             records.append((*who, along(end[:, behind[met]]), speed[met], angle[met]))
             # torque scales omega alone: so long a free flight with this omega turns as far
             time = np.expm1(decay * since[rows]) / decay
-            given = end_v[:, rows].T, normal[:, ~slides].T, omega[:, rows].T, turned[:, rows].T
-            after = rebound(*given, time, seed=seed, index=index[rows], hit=hits[rows])
+            given = end_v[:, rows].T, normal[:, ~slides].T, gas[1], omega[:, rows].T
+            given += turned[:, rows].T, time
+            after = law(*given, seed=seed, index=index[rows], hit=hits[rows])
             end_v[:, rows], omega[:, rows], turned[:, rows] = (part.T for part in after)
             hits[rows], since[rows] = hits[rows] + 1, 0.0
             inside = (end[0] >= -BEFORE) & (end[1] > -BEHIND)
@@ -183,10 +183,10 @@ def main(arguments=None):
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     table = sampler.load(args.table)
-    models = make_models(table, tablegen.parse_config(table.config, args.table))
+    models = model_laws(table, tablegen.parse_config(table.config, args.table))
     whole, cells, edges = {}, {}, TURN / 12 * np.arange(23)  # 12 cells in the bend, 10 behind it
-    for number, (name, rebound) in enumerate(models.items()):
-        impacts = follow(rebound, (SPEED, args.diameter), args.count, seed=1000 + number)
+    for number, (name, law) in enumerate(models.items()):
+        impacts = follow(law, (SPEED, args.diameter), args.count, seed=1000 + number)
         whole[name] = by_place(impacts, args.count, edges[[0, -1]], SPEED)
         cells[name] = by_place(impacts, args.count, edges, SPEED)
     print_wall(whole)

@@ -39,16 +39,16 @@ def finnie(speed, angle):
     return speed**2 / (PSI * K * FLOW_STRESS) * share
 
 
-def with_works(table, half_size, works):
-    """Make a rebound for `bend.follow`; it adds works on the outer wall, (n, 2) J/kg, to a list."""
+def with_works(table, works):
+    """Make a law for `bend.follow`; it adds works on the outer wall, (n, 2) J/kg, to a list."""
 
-    def rebound(velocity, normal, omega, orientation, time, **keys):
-        taken = np.empty((len(velocity), 2))
+    def law(velocity, normal, diameter, omega, turned, time, **keys):
+        taken, half_size = np.empty((len(velocity), 2)), table.mean_half_size(diameter)
         after = table.rebound(velocity, normal, half_size, omega=omega, works=taken, **keys)
         works.append(taken[normal.sum(axis=1) < 0.0])
-        return *after, orientation
+        return *after, turned
 
-    return rebound
+    return law
 
 
 def along_wall(impacts, amounts, particles, edges):
@@ -82,8 +82,7 @@ def main(arguments=None):
     table, works = sampler.load(args.table), []
     if not table.has_spin or table.columns[-2:] != ("work_normal", "work_shear"):
         parser.error(f"--table: got {args.table}, allowed: one with a spin law and both works")
-    rebound = with_works(table, table.mean_half_size(args.diameter), works)
-    impacts = bend.follow(rebound, (bend.SPEED, args.diameter), args.count, seed=1)
+    impacts = bend.follow(with_works(table, works), (bend.SPEED, args.diameter), args.count, seed=1)
     normal, shear = np.concatenate(works).T
     taken = {"normal work, kJ/kg": 1e-3 * normal, "tangential work, kJ/kg": 1e-3 * shear}
     wear = {

@@ -21,7 +21,7 @@ def config():
 
 @pytest.fixture(scope="session")
 def models(table, config):
-    """The wall models of `many_hits`."""
-    from many_hits import make_models
+    """The laws of `wall_laws` that are made of models."""
+    from wall_laws import model_laws
 
-    return make_models(table, config)
+    return model_laws(table, config)

@@ -9,10 +9,10 @@ import pytest
 HEAVY = (150.0, 0.1)
 
 
-def mirror(velocity, normal, omega, orientation, time, **keys):
+def mirror(velocity, normal, diameter, omega, turned, time, **keys):
     """Perfect rebound without spin."""
     into = (velocity * normal).sum(axis=1)[:, None]
-    return velocity - 2.0 * into * normal, np.zeros_like(omega), orientation
+    return velocity - 2.0 * into * normal, np.zeros_like(omega), turned
 
 
 def test_gas_has_the_same_rate_everywhere_and_drag_is_that_of_schiller_and_naumann():
@@ -48,11 +48,15 @@ def test_spin_decays_and_the_orientation_turns_as_far_between_hits():
     """By the integral of the spin, 1e6 rad/s at first; orientations stay with their particles."""
     seen = []
 
-    def spin(velocity, normal, omega, orientation, time, index, hit, **keys):
+    def spin(velocity, normal, diameter, omega, orientation, time, index, hit, **keys):
         seen.append((hit, omega[:, 2], omega[:, 2] * time, orientation[:, 0] - index))
         turned = orientation.copy()
         turned[:, 0] = index
-        return mirror(velocity, normal, omega, None, 0.0)[0], np.full_like(omega, 1e6), turned
+        return (
+            mirror(velocity, normal, diameter, omega, None, 0.0)[0],
+            np.full_like(omega, 1e6),
+            turned,
+        )
 
     bend.follow(spin, (150.0, 20e-6), 20, seed=1)
     hit, later, turned, off = (np.concatenate(column) for column in zip(*seen, strict=True))
@@ -72,13 +76,13 @@ def test_the_table_is_direct_simulation_over_many_walls(models):
     An exact law fails less than once in 1000.
     """
     found = {}
-    for seed, name in enumerate(("direct simulation", "table", "spheres")):
+    for seed, name in enumerate(("direct simulation", "table", "sphere")):
         impacts = bend.follow(models[name], (150.0, 30e-6), 1000, seed=seed)
         assert impacts.hit.max() >= 3
         values, errors = bend.by_place(impacts, 1000, np.array([0.0, 1.0]), 150.0)
         found[name] = values[[3, 5], 0], errors[[3, 5], 0]
     direct, error = found["direct simulation"]
-    for name, agrees in (("table", True), ("spheres", False)):
+    for name, agrees in (("table", True), ("sphere", False)):
         allowed = 0.015 * direct[0] + 3.0 * np.hypot(error, found[name][1])
         assert (np.abs(found[name][0] - direct) < allowed).all() == agrees
 

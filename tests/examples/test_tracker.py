@@ -1,51 +1,11 @@
-"""Examples through many walls: the table beside direct simulation that tumbles."""
+"""The tracker of two plates: the table beside direct simulation that tumbles."""
 
-import dusty_gas
-import numba
 import numpy as np
 import pytest
 import tracker
 
 import sampler
 from tablegen import DirectModel
-
-N = 40_000
-
-
-def agree(found, direct, most=0.015):
-    """Whether mean squares are within 1.5 % and two standard errors, of each column.
-
-    An exact law fails with a probability below 1e-4 a column.
-    """
-    a, b = found**2, direct**2
-    error = np.hypot(a.std(axis=0) / b.mean(axis=0), b.std(axis=0) / b.mean(axis=0)) / np.sqrt(N)
-    return np.abs(a.mean(axis=0) / b.mean(axis=0) - 1.0) < most + 2.0 * error
-
-
-@numba.njit
-def crossed(wall, arrays, n, keeps, work):
-    """Speeds of particles after each of three walls, met in turn, by a wall of `dusty_gas`."""
-    speeds = np.empty((n, 3))
-    for k in range(n):
-        v, out, turned = (180.0, -140.0, 0.0), np.zeros(6), np.zeros(4)
-        for hit in range(3):
-            side = 1.0 if hit % 2 == 0 else -1.0
-            normal, time = (0.0, side, 0.0), 2e-4 / max(np.hypot(v[0], v[1]), 1e-3)
-            omega = (out[3], out[4], out[5])
-            wall(arrays, v, normal, 2e-5, omega, (turned, time), (k, hit), work, out)
-            if not keeps:
-                out[3:] = 0.0
-            v = (out[0], out[1], out[2])
-            speeds[k, hit] = np.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
-    return speeds
-
-
-def test_walls_of_the_dusty_gas(table, config):
-    model = DirectModel(config)
-    work = np.empty(model.work_size)
-    direct = crossed(dusty_gas.simulated, model.arrays, N, True, work)
-    assert agree(crossed(dusty_gas.drawn, table.handle, N, True, work), direct).all()
-    assert not agree(crossed(dusty_gas.drawn, table.handle, N, False, work), direct)[2]
 
 
 class Walls:

@@ -1,0 +1,95 @@
+"""Wall laws: the flow and flights past the cylinders, and tables beside direct simulation."""
+
+import cylinders
+import numpy as np
+import pytest
+import wall_laws
+from cylinders import COLUMNS, PITCH, RADIUS, SPEED
+from scipy.integrate import solve_ivp
+from scipy.spatial import ConvexHull
+from tqdm import tqdm
+
+import sampler
+from tablegen import DirectModel
+from tablegen.model.shapes import MAX_VERTICES, place_vertices
+
+SIZES = 30e-6, 100e-6  # m
+
+
+def test_gas_flows_around_the_cylinders():
+    turn = np.linspace(0.0, 2.0 * np.pi, 100)
+    normal = np.stack((np.cos(turn), np.sin(turn)))
+    for column in range(COLUMNS):
+        x, y = RADIUS * normal + [[PITCH * column], [PITCH * 0.5 * (column % 2)]]
+        gas = np.transpose([cylinders.gas_velocity(*at) for at in zip(x, y, strict=True)])
+        assert np.abs((gas * normal).sum(axis=0)).max() < 0.07 * SPEED
+        gap = np.linspace(y[25], y[25] + PITCH - 2.0 * RADIUS, 200)  # from this axis to the next
+        through = [cylinders.gas_velocity(PITCH * column, at)[0] for at in gap]
+        assert np.trapezoid(through, gap) == pytest.approx(SPEED * PITCH, rel=0.03)
+    np.testing.assert_allclose(cylinders.gas_velocity(-1.0, 0.003), [SPEED, 0.0], atol=1e-9)
+
+
+def test_sphericity_of_polyhedra_is_that_of_their_hulls():
+    grain, vertices = np.array([[0, 1, 1], [1, 0.8, 0.7], [2, 0.8, 0.7], [3, 0.8, 0.7]]), []
+    for shape, ratio, other in grain[1:]:
+        corners = np.empty((MAX_VERTICES, 3))
+        n, _ = place_vertices(int(shape), ratio, ratio * other, 2.0 - np.sqrt(2.0), corners)
+        vertices.append(ConvexHull(corners[:n]))
+    expected = [1.0] + [np.pi ** (1 / 3) * (6 * h.volume) ** (2 / 3) / h.area for h in vertices]
+    np.testing.assert_allclose(cylinders.sphericity(grain), expected, rtol=1e-9)
+
+
+def test_flights_are_those_of_an_independent_integration():
+    drags = cylinders.drag_of(np.array([40e-6]), np.array([[4.0, 1.0, 1.0]]))
+    start = np.array([[-0.01, 0.006, 60.0, -30.0, 10.0]])
+
+    def slope(_, p):
+        slip = np.array([*cylinders.gas_velocity(p[0], p[1]), 0.0]) - p[2:]
+        reynolds = 1.16 * 40e-6 * np.linalg.norm(slip) / 1.85e-5
+        rate = 18.0 * 1.85e-5 / (3950.0 * 40e-6**2) * (1.0 + 0.15 * reynolds**0.687)
+        return *p[2:4], *(rate * slip)
+
+    def surface(_, p):
+        return np.hypot(p[0], p[1]) - RADIUS
+
+    surface.terminal = True
+    made = solve_ivp(slope, (0.0, 1.0), start[0], events=surface, rtol=1e-9, atol=1e-12)
+    column, normal, time = cylinders.fly(start, drags, np.zeros(cylinders.CELLS))
+    assert column[0] == 0
+    np.testing.assert_allclose(time, made.t_events[0], rtol=1e-4)
+    np.testing.assert_allclose(start, made.y_events[0], rtol=1e-3)
+    np.testing.assert_allclose(normal[0, :2], start[0, :2] / RADIUS, rtol=1e-9)
+
+
+def test_means_are_those_of_the_polynomials():
+    """At 30 degrees, from the wall y = 0; values of Grant & Tabakoff."""
+    velocity, normal = 100.0 * np.array([[0.75**0.5, -0.5, 0.0]]), np.array([[0.0, 1.0, 0.0]])
+    law = wall_laws.mean_law(*wall_laws.MEANS["Grant & Tabakoff"])
+    after, *_ = law(velocity, normal, 1e-5, None, None, 0.0)
+    np.testing.assert_allclose(after[0], [52.0, 21.4, 0.0], atol=0.2)
+
+
+@pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
+@pytest.mark.parametrize(
+    ("count", "seed"),
+    [(1000, 1), *(pytest.param(50_000, s, marks=pytest.mark.study) for s in (1, 2))],
+)
+def test_tables_are_direct_simulation_and_spheres_are_not(models, config, count, seed):
+    """Within three standard errors in every column; exact laws fail for 2 % of seeds."""
+    compact = wall_laws.table_law(sampler.load("corundum-steel-compact"))
+    laws, found, grains = models | {"compact table": compact}, {}, DirectModel(config).grains
+    for number, name in enumerate(wall_laws.LOOKS):
+        if name in ("direct simulation", "table", "compact table", "sphere"):
+            given = laws[name], grains, count, SIZES, 100 * seed + number, tqdm(disable=True)
+            found[name] = cylinders.figures_of(cylinders.follow(*given), *SIZES)
+    direct = found["direct simulation"]
+    off = {name: wall_laws.errors_off(row, direct) for name, row in found.items()}
+    assert max(off["table"], off["compact table"]) < 3.0 < off["sphere"]
+
+
+def test_command_prints_and_draws(tmp_path, capsys):
+    wall_laws.main(["--grains", "60", "--sizes", "50", "60", "--output", str(tmp_path)])
+    assert capsys.readouterr().out.count("| Forder | ") == 2
+    assert {path.name for path in tmp_path.iterdir()} == {"wall_laws.png", "wall_laws_hits.png"}
+    with pytest.raises(SystemExit, match="2"):
+        wall_laws.main(["--table", "kharaz-2001", "--output", "nowhere"])
