@@ -14,7 +14,6 @@ from threadpoolctl import threadpool_limits
 
 from sampler.formats.bounds import SPEED_COORDINATE
 from sampler.formats.channels import has_works
-from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
 from tablegen.config.pairs import ExponentialRestitution
@@ -123,7 +122,6 @@ def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
         **_forest(shapes),
         **stacked,
         **({"spin/laws": sphere_laws(config)} if less_spheres(config) else {}),
-        **spin_accuracy_datasets(None),
     }
 
 

@@ -36,12 +36,8 @@ _RESISTANCE, _REVERSAL, _RESTITUTION = 0.6, 0.2, 0.6
 #: Speed [m/s] of laws without speed, and source of numbers before a fit.
 _ANY_SPEED, _NONE = 100.0, "none: numbers to start a fit from"
 
-#: Limits that replace those of the preset at later hits: what three numbers of rotation can tell.
-#: Ellipsoids alone keep more of their history. What was measured of it, and what is a guess, is in
-#: EXPERIMENTS.md.
-_LATER = {"chain_ks": 0.035, "chain_energy": 0.08, "chain_spin": 0.08}
-_LATER_ROUND = {"sliced_wasserstein": 0.06, "cell_ks": 0.1, "cell_energy": 0.12}
-_LATER_ROUND |= {"chain_ks": 0.1, "chain_energy": 0.12, "chain_spin": 0.15}
+#: Largest sliced Wasserstein distance of a spin law of ellipsoids alone.
+_WASSERSTEIN_ROUND = 0.06
 
 #: The correlation of w and Omega_y of ellipsoids has hardly any size.
 _CORRELATION_ROUND = 0.4
@@ -134,8 +130,9 @@ def _limits(population: Population) -> Tree:
     preset = {"preset": "compact"}
     if population.shapes.positive().keys() == {"ellipsoid"} and not population.meshes:
         accuracy = preset | {"correlation_error": _CORRELATION_ROUND}
-        return {"accuracy": accuracy, "spin_accuracy": preset | _LATER_ROUND}
-    return {"accuracy": preset, "spin_accuracy": preset | _LATER}
+        spin = preset | {"sliced_wasserstein": _WASSERSTEIN_ROUND}
+        return {"accuracy": accuracy, "spin_accuracy": spin}
+    return {"accuracy": preset, "spin_accuracy": preset}
 
 
 def _domain(start: Config, fitted: MaterialPair, used: Measurements, speeds: FloatArray) -> Tree:
