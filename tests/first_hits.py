@@ -6,7 +6,7 @@ import numpy as np
 
 import sampler
 from tablegen import load_config, simulate
-from tablegen.accuracy.metrics import correlation_error, ks_distances
+from tablegen.accuracy.metrics import correlations, ks_distances
 
 #: Impact angles [rad] and speeds [m/s] relative to the wall.
 CONDITIONS = tuple(
@@ -60,7 +60,8 @@ def distances(name, sample, reference):
     """Distances of some states from others; of velocities only, if there are no spins."""
     columns = 6 if sample[:, 3:].any() else 3
     pair = sample[:, :columns], reference[:, :columns]
-    return Distances(name, len(sample), float(max(ks_distances(*pair))), correlation_error(*pair))
+    correlation = np.abs(np.subtract(*map(correlations, pair))).max()
+    return Distances(name, len(sample), float(max(ks_distances(*pair))), float(correlation))
 
 
 def compare(states, condition, reference):

@@ -8,10 +8,10 @@ from sampler.formats.bounds import GROUP_SIZE, N_EXPERTS, N_FEATURES, N_GROUPS, 
 from sampler.formats.channels import has_works
 
 #: What a table has whose spin law was not compared with anything.
-_NOT_MEASURED = {"ks": (0, N_OUTCOMES), "joint_ks": (0, N_OUTCOMES), "spin": (0, 3)}
+_NOT_MEASURED = {"ks": (0, N_OUTCOMES), "spin": (0, 3)}
 _NOT_MEASURED |= dict.fromkeys(("alpha_deg", "speed", "sliced_wasserstein"), 0)
-_NOT_MEASURED |= dict.fromkeys(("correlation_error", "auc", "joint_auc", "cell_ks"), 0)
-_NOT_MEASURED |= dict.fromkeys(("cell_energy", "chain_ks", "chain_energy", "chain_spin"), 0)
+_NOT_MEASURED |= dict.fromkeys(("correlation_error", "auc"), 0)
+_NOT_MEASURED |= dict.fromkeys(("chain_ks", "chain_energy", "chain_spin"), 0)
 
 #: Coefficients of the moments of inertia of ellipsoids, prisms and spheres; others are made up.
 MOMENTS = {0: (0.2, 0.2), 1: (1 / 3, 1 / 3), 4: (0.2, 0.2)}

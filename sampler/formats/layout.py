@@ -28,7 +28,6 @@ from sampler.formats.bounds import (
     N_FEATURES,
     N_GROUPS,
     N_INPUTS,
-    N_OUTCOMES,
     OUTCOME,
     PAIR_BYTES,
     SCORE_MAX,
@@ -150,8 +149,6 @@ DATASETS = (
 GROUP, ACCURACY = "spin/", "spin_accuracy/"
 
 _EXPERTS = ("n_leaves", N_EXPERTS)
-_KS, _ENERGY = "largest Kolmogorov-Smirnov distance", "error of the mean translational energy"
-_CELL, _HIT = "by cell of conditions", "after each hit of chains"
 
 SPIN_DATASETS = (
     Dataset("spin/shape_codes", "<i4", ("n_shapes",), "1",
@@ -221,19 +218,12 @@ SPIN_DATASETS = (
     Dataset("spin_accuracy/spin", "<f8", ("n_spin_conditions", 3), "1",
         "spin before the impact of these conditions, times a/V", (checks.within(-1e6, 1e6),)),
     *_distances("spin_accuracy", "n_spin_conditions", "n_spin_columns"),
-    Dataset("spin_accuracy/joint_ks", "<f8", ("n_joint", N_OUTCOMES), "1",
-        "over the conditions that occur in chains of impacts: Kolmogorov-Smirnov distances; a row, "
-        "or none where nothing was measured", _SHARE),
-    Dataset("spin_accuracy/joint_auc", "<f8", ("n_joint",), "1",
-        "the same for the classifier, which is told the conditions and the grain", _SHARE),
     *(
-        Dataset(f"spin_accuracy/{name}", "<f8", (dim,), "1", f"{what} {where}")
-        for name, dim, what, where in (
-            ("cell_ks", "n_cells", _KS, _CELL),
-            ("cell_energy", "n_cells", _ENERGY, _CELL),
-            ("chain_ks", "n_chained", _KS, _HIT),
-            ("chain_energy", "n_chained", _ENERGY, _HIT),
-            ("chain_spin", "n_chained", "error of the mean squared spin", _HIT),
+        Dataset(f"spin_accuracy/{name}", "<f8", ("n_chained",), "1", f"{what} after hits of chains")
+        for name, what in (
+            ("chain_ks", "largest Kolmogorov-Smirnov distance"),
+            ("chain_energy", "error of the mean translational energy"),
+            ("chain_spin", "error of the mean squared spin"),
         )
     ),
 )  # fmt: skip

@@ -5,7 +5,7 @@ from typing import Any
 
 from sampler.formats.channels import STATE
 from tablegen.accuracy.descriptive import Profile, profile
-from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
+from tablegen.accuracy.metrics import Estimate, Settings, estimated
 from tablegen.model.float_array import FloatArray
 
 
@@ -36,16 +36,16 @@ class Measured:
 class Comparison(Measured):
     """Table against direct simulation at one condition."""
 
-    #: Description of each sample of the first look.
+    #: Description of each sample.
     table: Profile
     direct: Profile
     #: Variables of a state.
     variables: tuple[str, ...] = field(default=STATE)
-    #: States a side in the last look.
+    #: States a side.
     states: int = 0
 
     def to_dict(self) -> dict[str, Any]:
-        """Give every number but the estimates for JSON."""
+        """Give every number for JSON."""
         return {
             "alpha_deg": self.alpha_deg,
             "speed": self.speed,
@@ -55,6 +55,7 @@ class Comparison(Measured):
             "direct": asdict(self.direct),
             "components": self.variables,
             "states": self.states,
+            "estimates": {name: asdict(found) for name, found in self.estimates.items()},
         }
 
 

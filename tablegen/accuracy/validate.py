@@ -12,6 +12,7 @@ from sampler.errors import InputError
 from sampler.files import find_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.table import Table
+from tablegen.accuracy.chains import LaterHit
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import (
     Place,
@@ -19,65 +20,15 @@ from tablegen.accuracy.conditions import (
     pick_conditions,
     pick_own_conditions,
 )
-from tablegen.accuracy.decision import FALSE_ALARMS, FALSE_HOLDS, Verdict, judged_record, limits
-from tablegen.accuracy.joint_law import JointComparison
-from tablegen.accuracy.measure import LawAccuracy, measure, measure_spin
-from tablegen.accuracy.node_screening import SAMPLES, Screening, screen
+from tablegen.accuracy.judgement import Judged, judge
+from tablegen.accuracy.measure import measure, measure_chains, sample_size
 from tablegen.config.config import AccuracyTargets, Config, stored_config
 from tablegen.config.defaults import VALIDATE_CONDITIONS
-from tablegen.config.metric_table import metric_of, worst_spin_stored, worst_stored
+from tablegen.config.metric_table import SPIN, worst_spin_stored, worst_stored
 from tablegen.config.targets import SpinTargets, asked_accuracy
 
 #: Bits of a random seed: few enough to type.
 _SEED_BITS = 32
-
-
-@dataclass(frozen=True)
-class ValidatedLaw:
-    """Measurement of one law, with the accuracy it is held against."""
-
-    measured: LawAccuracy
-    declared: AccuracyTargets | SpinTargets
-    #: Declared accuracy unless the user asked for another.
-    asked: AccuracyTargets | SpinTargets
-    #: Worst distance of each limit in the table file; None if it stores none.
-    stored: dict[str, float] | None
-
-    @property
-    def worst(self) -> dict[str, float]:
-        """Largest measured distance of each limit, noise included."""
-        return {n: max(e.value for e in found) for n, found in self.measured.estimates().items()}
-
-    def surpassed(self, together: int) -> dict[str, float]:
-        """Give the errors that are above the worst stored ones by more than noise."""
-        found = {}
-        for name, estimates in self.measured.estimates().items():
-            least = max(limits(name, estimate, together)[0] for estimate in estimates)
-            stored = (self.stored or {}).get(name, least)
-            # noise may take the stored distance below that of equal laws
-            if least > max(stored, metric_of(name).least):
-                found[name] = least
-        return found
-
-    def to_dict(self, together: int) -> dict[str, Any]:
-        """Give every number for JSON; ``together`` comparisons are judged together."""
-
-        def record(comparison: Comparison | JointComparison, asked: Any) -> dict[str, Any]:
-            judged = judged_record(comparison.estimates, asked, together)
-            return comparison.to_dict() | {"estimates": judged}
-
-        found = self.measured
-        common = {
-            "declared": self.declared.model_dump(),
-            "asked": self.asked.model_dump(),
-            "stored": self.stored,
-            "conditions": [record(c, self.asked) for c in found.comparisons],
-        }
-        if isinstance(self.asked, AccuracyTargets):
-            return common | {"nodes": [record(c, self.asked) for c in found.nodes]}
-        later = [later.to_dict() for later in (*found.cells, *found.hits)]
-        joint = found.joint and record(found.joint, self.asked.joint)
-        return common | {"joint": joint, "later": later}
 
 
 @dataclass(frozen=True)
@@ -89,65 +40,60 @@ class Validation:
     content_sha256: str
     #: Repeats the validation.
     seed: int
-    #: Coarse test of all nodes; None if only chosen conditions were measured.
-    screening: Screening | None
-    #: First-impact law, and spin law; None if the table has none or nothing of it was measured.
-    law: ValidatedLaw
-    spin: ValidatedLaw | None = None
+    #: Configuration of the table, with what it declares.
+    config: Config
+    #: Accuracy that the laws are held against: the declared one, unless the user asked for another.
+    asked: AccuracyTargets
+    asked_spin: SpinTargets
+    #: Worst number of each limit in the table file.
+    stored: dict[str, float]
+    #: First-impact law.
+    comparisons: list[Comparison]
+    #: Spin law: without spin, and along chains; nothing if the table has none.
+    own: list[Comparison]
+    hits: list[LaterHit]
 
     @property
-    def comparisons(self) -> list[Comparison]:
-        """Comparisons of the first-impact law between the nodes, or at chosen conditions."""
-        return self.law.measured.comparisons
+    def numbers(self) -> list[Judged]:
+        """The worst number of each limit."""
+        return [
+            *judge(self.comparisons, self.asked),
+            *judge(self.own, self.asked_spin, SPIN),
+            *judge(self.hits, self.asked_spin, SPIN),
+        ]
 
     @property
-    def laws(self) -> list[ValidatedLaw]:
-        """All measured laws."""
-        return [self.law, self.spin] if self.spin else [self.law]
-
-    @property
-    def together(self) -> int:
-        """Number of comparisons that are judged together."""
-        return sum(law.measured.count for law in self.laws)
-
-    @property
-    def verdict(self) -> Verdict:
-        """Distances that are larger than asked for, or cannot be told from that."""
-        verdict = Verdict(list(self.screening.missed) if self.screening else [], [])
-        for law in self.laws:
-            verdict += law.measured.judged(law.asked, self.together)
-        return verdict
-
-    @property
-    def missed(self) -> list[str]:
-        """One line for each distance that is larger than asked for."""
-        return self.verdict.missed
-
-    @property
-    def undecided(self) -> list[str]:
-        """One line for each distance that cannot be told from the accuracy asked for."""
-        return self.verdict.undecided
+    def missed(self) -> list[Judged]:
+        """Numbers that are larger than asked for."""
+        return [number for number in self.numbers if not number.holds]
 
     @property
     def holds(self) -> bool:
-        """Whether everything measured has the accuracy, noise allowed for."""
-        return not self.missed and not self.undecided
+        """Whether everything measured has the accuracy."""
+        return not self.missed
 
     def to_dict(self) -> dict[str, Any]:
         """Give every number for JSON."""
+        numbers = [
+            {
+                "name": number.name,
+                **asdict(number.estimate),
+                "limit": number.allowed,
+                "holds": number.holds,
+                "place": number.place,
+                "stored": self.stored.get(number.name),
+            }
+            for number in self.numbers
+        ]
         return {
             "table": self.table,
             "content_sha256": self.content_sha256,
             "seed": self.seed,
             "software_version": sampler.__version__,
-            "false_alarms": FALSE_ALARMS,
-            "false_holds": FALSE_HOLDS,
             "holds": self.holds,
-            "missed": self.missed,
-            "undecided": self.undecided,
-            "screening": self.screening and asdict(self.screening),
-            **self.law.to_dict(self.together),
-            "spin": self.spin and self.spin.to_dict(self.together),
+            "numbers": numbers,
+            "conditions": [c.to_dict() for c in (*self.comparisons, *self.own)],
+            "chains": [hit.to_dict() for hit in self.hits],
         }
 
 
@@ -161,10 +107,10 @@ def validate(
     at: Sequence[tuple[float, float]] | None = None,
     progress: bool = False,
 ) -> Validation:
-    """Compare a table with new direct simulation: every node coarsely, some conditions finely.
+    """Compare a table with new direct simulation at some conditions between nodes.
 
-    A spin law is compared without spin, over the impacts of chains, in cells of conditions and at
-    every hit of chains, with direct simulation that keeps the orientation of a grain.
+    A spin law is compared without spin, and along chains of hits, with direct simulation that keeps
+    the orientation of a grain.
 
     Parameters
     ----------
@@ -176,13 +122,13 @@ def validate(
         Selects the conditions and all random numbers, 0 to 2**64 - 1; random by default.
     samples : int, optional
         States a side at each condition, and of the chains, 1000 or more; by default as many as the
-        accuracy needs. Up to nine times as many where the verdict is undecided.
+        accuracy needs.
     accuracy : str, optional
         Accuracy that the table is held against: a preset, "compact", "standard" or "fine", or
         limits such as "ks=0.01,spin_auc=0.6". By default the declared accuracy.
     at : sequence of (alpha_deg, speed), optional
-        Only these conditions of the first-impact law, degrees and m/s; neither nodes nor the spin
-        law are tested then.
+        Only these conditions of the first-impact law, degrees and m/s; the spin law is not tested
+        then.
     progress : bool
         Show progress bars on standard error.
 
@@ -228,30 +174,24 @@ def validate_contents(
     table = Table(contents)
     asked = asked_accuracy(config.accuracy, accuracy)
     asked_spin = asked_accuracy(config.spin_targets, accuracy)
+    places, own = pick_conditions(table, conditions, seed), list[Place]()
+    if at is not None:
+        places = check_conditions(table, [Place(*place) for place in at])
+    elif table.has_spin:
+        own = pick_own_conditions(table, conditions, seed)
     how: dict[str, Any] = {"seed": seed, "progress": progress}
-    screening, suspects = None, []
-    if at is None:
-        places = pick_conditions(table, conditions, seed)
-        own = pick_own_conditions(table, conditions if table.has_spin else 0, seed)
-        screening = screen(table, config, asked, samples=min(SAMPLES, samples or SAMPLES), **how)
-        suspects = [Place(*node) for node in screening.suspects]
-    else:
-        places, own = check_conditions(table, [Place(*place) for place in at]), []
-    how["samples"] = samples
-    found = measure(table, config, [*places, *suspects], targets=asked, **how)
-    law = LawAccuracy(found[: len(places)], tuple(found[len(places) :]))
-    spin = None
-    if own:
-        over = measure_spin(table, config, own, targets=asked_spin, **how)
-        stored = worst_spin_stored(contents.datasets)
-        spin = ValidatedLaw(over, config.spin_targets, asked_spin, stored)
+    spin_stored = worst_spin_stored(contents.datasets)
     return Validation(
         table=name,
         content_sha256=contents.content_sha256,
         seed=seed,
-        screening=screening,
-        law=ValidatedLaw(law, config.accuracy, asked, worst_stored(table.accuracy)),
-        spin=spin,
+        config=config,
+        asked=asked,
+        asked_spin=asked_spin,
+        stored=(worst_stored(table.accuracy) or {}) | {SPIN + k: x for k, x in spin_stored.items()},
+        comparisons=measure(table, config, places, samples=samples or sample_size(asked), **how),
+        own=measure(table, config, own, samples=samples or sample_size(asked_spin), **how),
+        hits=measure_chains(table, config, samples=samples, **how) if own else [],
     )
 
 

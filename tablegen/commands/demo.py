@@ -44,9 +44,8 @@ def demo(output: Path, progress: bool) -> int:
     from the table, if matplotlib is installed.
     """
     from sampler.files import check_output
-    from tablegen.accuracy.accuracy_text import accuracy_table, detail_table
-    from tablegen.accuracy.decision import verdict_words
     from tablegen.accuracy.validate import validate
+    from tablegen.commands.validate import print_validation
     from tablegen.config.config import load_config
     from tablegen.tables.generate import generate
 
@@ -61,14 +60,9 @@ def demo(output: Path, progress: bool) -> int:
     generate(config, output, conditions=_MEASURED, progress=progress)
     click.echo(f"   {output.stat().st_size / 1e3:.0f} kB in {time.perf_counter() - begin:.0f} s")
     click.echo(_picture_text(*_draw_both(config, output), output))
-    click.echo("3. Validating against fresh direct simulation, at all nodes and between them")
+    click.echo("3. Validating against fresh direct simulation, between the nodes")
     result = validate(output, conditions=_CONDITIONS, seed=1, progress=progress)
-    found = result.law.measured
-    click.echo(accuracy_table(found.comparisons, result.law.declared))
-    click.echo(detail_table(max(found.comparisons, key=lambda c: c.estimates["auc"].value)))
-    for line in (*result.missed, *result.undecided):
-        click.echo(line)
-    click.echo(verdict_words(result.missed, result.undecided, "declared accuracy"))
+    print_validation(result)
     click.echo(f"The table is in {output}; the demo took {time.perf_counter() - begin:.0f} s.")
     return MISSED if result.missed else DONE
 

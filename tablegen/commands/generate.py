@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import click
 
 from sampler import options
-from sampler.options import DONE, note
+from sampler.options import DONE, MISSED, note
 from tablegen.commands import shared
 from tablegen.commands.shared import CONFIG
-from tablegen.commands.validate import print_spheres, print_verdict
+from tablegen.commands.validate import print_spheres, print_validation
 
 if TYPE_CHECKING:
     from tablegen.tables.generate import Generated
@@ -92,7 +92,7 @@ def generate(
     large for the accuracy that the configuration asks for. Finished pieces are kept in T.h5.parts
     until the table is complete; after an interrupted run, choose --resume or --discard. The table
     has the same bytes whatever the executor. It ends with a validation, whose distances are stored
-    in the table; exit status 1 says that the declared accuracy is missed, there or between nodes.
+    in the table; exit status 1 says that the declared accuracy is missed; a line says what to do.
     """
     from sampler.library import processors
     from tablegen.config.config import load_config
@@ -136,14 +136,14 @@ def generate(
 
 def _summarise(made: "Generated") -> int:
     """Describe a new table and its accuracy; returns the exit status."""
-    from tablegen.accuracy.accuracy_text import validation_tables
     from tablegen.commands.inspect import identity_text
 
     click.echo(identity_text(made.table.contents))
     if made.table.contents.of_spheres:
         return print_spheres(made.table.contents, made.table.contents.seed)
-    found = made.validation
-    for table in validation_tables(found) if found else ():
-        click.echo(table)
-    missed = made.unmet + (found.missed if found else [])
-    return print_verdict(missed, found.undecided if found else [])
+    for line in made.unmet:
+        note("tablegen", line)
+    if made.validation is None:
+        return DONE
+    print_validation(made.validation)
+    return DONE if made.validation.holds else MISSED

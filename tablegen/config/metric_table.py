@@ -1,8 +1,7 @@
-"""The metrics of accuracy: the one list that is declared, measured, judged, stored and shown.
+"""The numbers of accuracy: the one list that is declared, measured, judged, stored and shown.
 
-`tablegen.accuracy.metrics` computes them from two samples, and `tablegen.accuracy.noise_corrected`
-corrects them for noise. Tables store those that are a dataset of the group ``accuracy`` in
-`sampler.formats.layout`. Importing this module loads nothing heavy.
+`tablegen.accuracy.metrics` measures `METRICS` on two samples, `tablegen.accuracy.chains` measures
+`CHAINS`. Importing this module loads nothing heavy.
 """
 
 from collections.abc import Mapping
@@ -20,10 +19,8 @@ class Metric:
     head: str
     #: Largest distance that a table declares, by preset.
     presets: Mapping[str, float]
-    #: The same for the spin law, of particles that do not spin and over the impacts of chains;
-    #: empty where that is not measured.
+    #: The same for the spin law, of particles that do not spin.
     spin_presets: Mapping[str, float]
-    joint_presets: Mapping[str, float]
     #: Bounds of a declared distance, as pydantic names them: ``ge``, ``le``. The smaller it is, the
     #: more states must be simulated.
     allowed: Mapping[str, Any]
@@ -63,7 +60,6 @@ METRICS: dict[str, Metric] = {
         head="KS",
         presets={"compact": 0.04, "standard": 0.01, "fine": 0.005},
         spin_presets={"compact": 0.09, "standard": 0.045, "fine": 0.04},
-        joint_presets={"compact": 0.015, "standard": 0.005, "fine": 0.005},
         allowed={"ge": 1e-3, "le": 1.0},
     ),
     "sliced_wasserstein": Metric(
@@ -72,7 +68,6 @@ METRICS: dict[str, Metric] = {
         head="sliced W",
         presets={"compact": 0.025, "standard": 0.008, "fine": 0.006},
         spin_presets={"compact": 0.04, "standard": 0.02, "fine": 0.016},
-        joint_presets={},
         allowed={"ge": 1e-4, "le": 1e9},
         trial_states=400_000,
         # near grazing its noise is two thirds of the standard limit, which would halve intervals
@@ -85,7 +80,6 @@ METRICS: dict[str, Metric] = {
         head="corr.",
         presets={"compact": 0.06, "standard": 0.02, "fine": 0.015},
         spin_presets={"compact": 0.06, "standard": 0.025, "fine": 0.02},
-        joint_presets={},
         allowed={"ge": 1e-4, "le": 2.0},
     ),
     "auc": Metric(
@@ -94,7 +88,6 @@ METRICS: dict[str, Metric] = {
         head="AUC",
         presets={"compact": 0.66, "standard": 0.56, "fine": 0.53},
         spin_presets={"compact": 0.82, "standard": 0.74, "fine": 0.7},
-        joint_presets={"compact": 0.57, "standard": 0.51, "fine": 0.51},
         allowed={"ge": 0.5, "le": 1.0},
         least=0.5,
         digits=3,
@@ -111,47 +104,36 @@ PRESETS: dict[str, dict[str, float]] = {
     for preset in ("compact", "standard", "fine")
 }
 
-#: Relative error of a mean, energy or squared spin.
-_RATIO = Metric(
-    label="error of a mean over that of direct simulation",
-    short="mean",
-    head="mean",
-    presets={},
-    spin_presets={},
-    joint_presets={},
-    allowed={"ge": 1e-3, "le": 10.0},
-)
-
-#: Limits at later hits, in cells of conditions and after each hit of chains: metric, and largest
-#: distance by preset.
-LATER: dict[str, tuple[Metric, dict[str, float]]] = {
-    "cell_ks": (METRICS["ks"], {"compact": 0.06, "standard": 0.035, "fine": 0.03}),
-    "cell_energy": (_RATIO, {"compact": 0.05, "standard": 0.03, "fine": 0.02}),
-    "chain_ks": (METRICS["ks"], {"compact": 0.035, "standard": 0.025, "fine": 0.02}),
-    "chain_energy": (_RATIO, {"compact": 0.08, "standard": 0.05, "fine": 0.03}),
-    "chain_spin": (_RATIO, {"compact": 0.07, "standard": 0.05, "fine": 0.03}),
-}
-
-#: Prefix of the limits over the impacts of chains.
-JOINT = "joint_"
-
-#: Metrics that are taken over the impacts of chains.
-JOINT_METRICS = tuple(name for name, metric in METRICS.items() if metric.joint_presets)
-
-#: Accuracies of the spin law by name: without spin, over the impacts of chains, at later hits.
+#: The same of the spin law.
 SPIN_PRESETS: dict[str, dict[str, float]] = {
-    preset: {
-        **{name: metric.spin_presets[preset] for name, metric in METRICS.items()},
-        **{f"{JOINT}{name}": METRICS[name].joint_presets[preset] for name in JOINT_METRICS},
-        **{name: presets[preset] for name, (_, presets) in LATER.items()},
-    }
+    preset: {name: metric.spin_presets[preset] for name, metric in METRICS.items()}
     for preset in PRESETS
 }
 
 
+def _of_chains(what: str) -> Metric:
+    """Make the metric of a number of chains of hits, whose limits no preset gives."""
+    return Metric(f"{what}, hits 2 to 6", what, what, {}, {}, {"ge": 1e-3, "le": 10.0})
+
+
+#: Numbers of the spin law along chains of hits, each the largest over all chains.
+CHAINS: dict[str, Metric] = {
+    "chain_ks": _of_chains("KS of chains"),
+    "chain_energy": _of_chains("energy of chains"),
+    "chain_spin": _of_chains("squared spin of chains"),
+}
+
+#: Their limits: three numbers of spin cannot tell more of the past. Ellipsoids keep most of it.
+CHAIN_LIMITS = {"chain_ks": 0.03, "chain_energy": 0.07, "chain_spin": 0.08}
+ELLIPSOID_LIMITS = {"chain_ks": 0.1, "chain_energy": 0.12, "chain_spin": 0.15}
+
+#: Prefix of the limits of the spin law beside those of the first-impact law.
+SPIN = "spin_"
+
+
 def metric_of(limit: str) -> Metric:
     """Find the metric that a limit is of."""
-    return LATER[limit][0] if limit in LATER else METRICS[limit.removeprefix(JOINT)]
+    return {**METRICS, **CHAINS}[limit.removeprefix(SPIN)]
 
 
 def little_declared(declared: Mapping[str, float]) -> str:
@@ -173,24 +155,13 @@ def worst_stored(accuracy: Mapping[str, Any]) -> dict[str, float] | None:
     return {name: float(accuracy[name].max()) for name in METRICS if name in accuracy}
 
 
-def worst_spin_stored(datasets: Mapping[str, Any]) -> dict[str, float] | None:
-    """Return the largest stored distance of each limit of a spin law; None if there is none.
+def worst_spin_stored(datasets: Mapping[str, Any]) -> dict[str, float]:
+    """Return the largest stored distance of each limit of a spin law that was measured.
 
     `datasets` are those of a table file by their paths.
     """
-    found = {name: datasets.get(f"spin_accuracy/{name}") for name in SPIN_PRESETS["compact"]}
-    return {k: float(v.max()) for k, v in found.items() if v is not None and v.size} or None
-
-
-def spin_errors_text(values: Mapping[str, float]) -> str:
-    """Write distances of a spin law, by the name of their limit, on one line."""
-    parts = []
-    for name, value in values.items():
-        metric = metric_of(name)
-        words = f"{metric.short} over chains" if name.startswith(JOINT) else metric.short
-        words = name.replace("_", " ") if name in LATER else words
-        parts.append(f"{words} {metric.text(value)}")
-    return ", ".join(parts)
+    found = {name: datasets.get(f"spin_accuracy/{name}") for name in (*METRICS, *CHAINS)}
+    return {k: float(v.max()) for k, v in found.items() if v is not None and v.size}
 
 
 def errors_text(values: Mapping[str, float]) -> str:

@@ -184,6 +184,12 @@ class Population(Record):
         """Whether all particles are spheres."""
         return self.shapes.positive().keys() == {"sphere"} and not self._weighty_meshes()
 
+    @property
+    def mostly_ellipsoids(self) -> bool:
+        """Whether ellipsoids have half of the weight or more."""
+        ellipsoid = SHAPE_CODES["ellipsoid"]
+        return any(part.code == ellipsoid and part.share >= 0.5 for part in self.strata())
+
     def _weighty_meshes(self) -> tuple[MeshShape, ...]:
         """Meshes with positive weight."""
         return tuple(mesh for mesh in self.meshes if mesh.weight > 0.0)

@@ -1,6 +1,7 @@
 """The accuracy that a table declares or a user asks for, with and without a spin law."""
 
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, ValidationError, create_model, model_validator
 
@@ -8,33 +9,29 @@ from sampler.errors import InputError
 from tablegen.config.complaints import complaint
 from tablegen.config.field_types import Record
 from tablegen.config.metric_table import (
-    JOINT,
-    JOINT_METRICS,
-    LATER,
+    CHAINS,
     METRICS,
     PRESETS,
+    SPIN,
     SPIN_PRESETS,
+    Metric,
     declared_accuracy,
-    metric_of,
 )
 
 
-def _fields_of(limits: dict[str, str]) -> dict[str, Any]:
-    """Return the preset, and a field for each limit, given as {limit: metric}."""
-    fields: dict[str, Any] = {"preset": (Literal[tuple(PRESETS)], "standard")}
-    for limit, metric in limits.items():
-        fields[limit] = (Annotated[float, Field(**metric_of(metric).allowed)], ...)
-    return fields
+def _fields_of(limits: Mapping[str, Metric]) -> dict[str, Any]:
+    """Return a field for each limit."""
+    return {name: (Annotated[float, Field(**m.allowed)], ...) for name, m in limits.items()}
 
 
-_LIMITS = {name: name for name in METRICS}
-_SPIN_LIMITS = _LIMITS | {f"{JOINT}{name}": name for name in JOINT_METRICS}
-_SPIN_LIMITS |= {name: name for name in LATER}
-#: Beginning of the names of the limits of the spin law, where a user asks for an accuracy.
-_SPIN = "spin_"
+_PRESET: dict[str, Any] = {"preset": (Literal[tuple(PRESETS)], "standard")}
+_CHAINS: dict[str, Any] = {
+    name: (Annotated[float | None, Field(**metric.allowed)], None)
+    for name, metric in CHAINS.items()
+}
 
-_Accuracy: Any = create_model("_Accuracy", __base__=Record, **_fields_of(_LIMITS))
-_SpinAccuracy: Any = create_model("_SpinAccuracy", __base__=Record, **_fields_of(_SPIN_LIMITS))
+_Accuracy: Any = create_model("_Accuracy", __base__=Record, **_PRESET, **_fields_of(METRICS))
+_SpinAccuracy: Any = create_model("_SpinAccuracy", __base__=_Accuracy, **_CHAINS)
 
 
 class AccuracyTargets(_Accuracy):
@@ -49,31 +46,18 @@ class AccuracyTargets(_Accuracy):
         return declared_accuracy(given) if isinstance(given, dict) else given
 
 
-class JointTargets(NamedTuple):
-    """Largest distances of the law of condition and outcome over the impacts of chains."""
-
-    ks: float
-    auc: float
-
-
 class SpinTargets(_SpinAccuracy):
     """Largest distances from direct simulation that a spin law declares.
 
-    Limits named as a metric hold for particles that do not spin, those with ``joint_`` for the law
-    of condition and outcome over the impacts of chains, those with ``cell_`` in cells of
-    conditions, and those with ``chain_`` after each hit of chains. A distance that is not given is
-    the preset's.
+    Limits named as a metric hold for particles that do not spin, those with ``chain_`` along
+    chains of hits. A distance that is not given is the preset's, and a limit of chains that of the
+    population (`tablegen.config.config.Config.spin_targets`).
     """
 
     @model_validator(mode="before")
     @classmethod
     def _from_preset(cls, given: object) -> object:
         return declared_accuracy(given, SPIN_PRESETS) if isinstance(given, dict) else given
-
-    @property
-    def joint(self) -> JointTargets:
-        """Limits over the impacts of chains."""
-        return JointTargets(self.joint_ks, self.joint_auc)
 
 
 _Targets = TypeVar("_Targets", bound=Record)
@@ -91,10 +75,9 @@ def asked_accuracy(declared: _Targets, text: str | None) -> _Targets:
         return declared
     record, (limits, spin), prefix = type(declared), _parsed(text), ""
     if isinstance(declared, SpinTargets):
-        limits, prefix = spin, _SPIN
-    whole = limits if "preset" in limits else {**declared.model_dump(), **limits}
+        limits, prefix = spin, SPIN
     try:
-        return record.model_validate(whole)
+        return record.model_validate({**declared.model_dump(), **limits})
     except ValidationError as error:
         raise InputError(f"accuracy: {prefix}{complaint(error, record)}") from error
 
@@ -106,13 +89,13 @@ def _parsed(text: str) -> tuple[dict[str, Any], dict[str, Any]]:
     try:
         for word in (part.strip() for part in text.split(",")):
             name, sign, number = (part.strip() for part in word.partition("="))
-            of_spin = name.removeprefix(_SPIN)
+            of_spin = name.removeprefix(SPIN)
             if name in PRESETS and not sign:
                 limits = {"preset": name, **PRESETS[name]}
                 spin = {"preset": name, **SPIN_PRESETS[name]}
             elif name in METRICS:
                 limits[name] = float(number)
-            elif of_spin != name and of_spin in SPIN_PRESETS["standard"]:
+            elif of_spin != name and of_spin in (*METRICS, *CHAINS):
                 spin[of_spin] = float(number)
             else:
                 raise ValueError(name)

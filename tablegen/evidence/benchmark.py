@@ -15,7 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tablegen.accuracy.measure import in_threads
-from tablegen.accuracy.metrics import DISTANCES
+from tablegen.accuracy.metrics import ESTIMATES, Settings
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
 from tablegen.evidence.methods import BenchmarkCase, Draw, SamplingMethod, simulated
@@ -52,8 +52,8 @@ class Budget:
     #: Angles and speeds of the views of the joint law, and states a side.
     views: tuple[int, int] = (3, 2)
     viewed: int = 400_000
-    #: Impacts of chains a side.
-    chained: int = 200_000
+    #: Particles a side of each chain of hits.
+    chained: int = 30_000
 
 
 #: About 2 minutes on two cores.
@@ -69,7 +69,7 @@ QUICK = Budget(
     mapped=200_000,
     views=(2, 1),
     viewed=100_000,
-    chained=50_000,
+    chained=8_000,
 )
 
 
@@ -142,10 +142,10 @@ def batch_errors(
     for name, metric in METRICS.items():
         if metric.learned:
             part = reference[start : start + few]
-            distance = DISTANCES[name](state[:few], part, _DIRECTIONS, batch)
+            estimate = ESTIMATES[name](state[:few], part, Settings(batch, classified=None))
         else:
-            distance = DISTANCES[name](state, reference, _DIRECTIONS, 0)
-        found[name] = float(np.max(distance))
+            estimate = ESTIMATES[name](state, reference, Settings(0, _DIRECTIONS))
+        found[name] = estimate.value
     return found
 
 

@@ -11,19 +11,18 @@ from urllib.parse import quote
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from tablegen.accuracy.accuracy_text import (
-    detail_table,
+    detail_tables,
+    numbers_table,
     validation_notes,
-    validation_tables,
-    whose,
+    verdict_lines,
 )
-from tablegen.accuracy.decision import verdict_words
 from tablegen.accuracy.validate import Validation
 from tablegen.presentation import Picture, TextTable
 
 
 @dataclass(frozen=True)
 class Headline:
-    """A sentence that is "good", "bad" or "open" news, with further lines."""
+    """A sentence that is "good" or "bad" news, with further lines."""
 
     kind: str
     words: str
@@ -83,15 +82,14 @@ def _lines(section: Section) -> Iterator[str]:
 
 def validation_page(validation: Validation) -> str:
     """Render a validation as an HTML page."""
-    missed, undecided = validation.missed, validation.undecided
-    kind = "bad" if missed else "open" if undecided else "good"
+    words, *lines = verdict_lines(validation)
     blocks: list[Block] = [
-        Headline(kind, verdict_words(missed, undecided, whose(validation)), [*missed, *undecided]),
-        *validation_tables(validation),
+        Headline("good" if validation.holds else "bad", words, lines),
+        numbers_table(validation.numbers, validation.stored),
         *validation_notes(validation),
         Headline("soft", "Content SHA-256", [validation.content_sha256]),
     ]
-    tables = [detail_table(c) for law in validation.laws for c in law.measured.comparisons]
+    tables = detail_tables(validation)
     details = [Section(t.caption, [t._replace(caption="Table and direct")], True) for t in tables]
-    sections = [Section("Accuracy", blocks), Section("Means and most probable values", details)]
+    sections = [Section("Accuracy", blocks), Section("Conditions", details)]
     return render_page(f"Validation of {validation.table}", sections)

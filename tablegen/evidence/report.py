@@ -2,7 +2,7 @@
 
 import platform
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from importlib import metadata
@@ -15,12 +15,12 @@ import sampler
 from sampler.files import find_table
 from sampler.library import processors
 from sampler.table import Table
+from tablegen.accuracy.chains import Draw, LaterHit, chains_of, drawn_from
 from tablegen.accuracy.comparison import Measured
-from tablegen.accuracy.joint_law import Draw, compare_chains, drawn_from, share_inside
+from tablegen.accuracy.judgement import Judged, judge
 from tablegen.accuracy.measure import in_threads
-from tablegen.accuracy.noise_corrected import Estimate, Settings, estimated
+from tablegen.accuracy.metrics import Settings, estimated
 from tablegen.config.config import Config, stored_config
-from tablegen.config.targets import JointTargets
 from tablegen.evidence.benchmark import (
     QUICK,
     Benchmark,
@@ -45,9 +45,6 @@ from tablegen.simulation.simulate import simulate
 #: Purposes of random numbers, apart from those of the benchmarks.
 _DIRECT, _TABLE = 200, 202
 
-#: Accuracy that any law has, so that no comparison takes more states than it is given.
-_ANY = JointTargets(ks=1.0, auc=1.0)
-
 
 @dataclass(frozen=True)
 class AccuracyMap:
@@ -68,10 +65,8 @@ class SpinningWay:
     name: str
     #: Processor time of a rebound, in batches on one thread.
     batch_nanoseconds: float
-    #: Over the impacts of chains, by metric; of direct simulation, two samples of it.
-    estimates: dict[str, Estimate]
-    #: Impacts a side.
-    states: int
+    #: Worst numbers along chains; none of direct simulation, which they are beside.
+    numbers: tuple[Judged, ...]
 
 
 @dataclass(frozen=True)
@@ -90,7 +85,7 @@ class Report:
     machine: dict[str, Any]
     #: Every method at each condition.
     races: tuple[Benchmark, ...]
-    #: Empty for a table in whose range no chain of impacts stays.
+    #: Empty for a table in whose range no chain begins.
     spinning: tuple[SpinningWay, ...]
     atlas: AccuracyMap
     #: Wall time of the measurements.
@@ -214,30 +209,29 @@ def make_accuracy_map(
 def measure_spinning(
     table: Table, config: Config, budget: Budget, seed: int
 ) -> tuple[SpinningWay, ...]:
-    """Time and compare ways to rebound spinning particles, at the impacts that occur in chains.
+    """Time ways to rebound spinning particles at the impacts of chains, and compare them there.
 
-    Every way is timed at the same impacts; its error is that of the law of condition, grain and
-    outcome. There is none for a table with too few angles or speeds for a chain to stay there.
+    There is none for a table with too few angles for a chain to begin there.
     """
-    share, model = share_inside(config, seed), DirectModel(config)
-    pilot = np.arange(int(budget.timed / max(share, 0.01)), dtype=np.uint64)
+    model, pilot = DirectModel(config), np.arange(budget.timed, dtype=np.uint64)
     impacts = occurring_impacts(config, model, seed, pilot, 1)
 
-    def simulated(impacts: Impacts, threads: int | None) -> FloatArray:
-        return depart(model, impacts, seed, threads).states
+    def simulated(impacts: Impacts) -> FloatArray:
+        return depart(model, impacts, seed, 1).states
 
-    draws: dict[str, Callable[[int | None], Draw]] = {
-        "direct simulation": lambda threads: partial(simulated, threads=threads),
-        "table, without spin": lambda threads: drawn_from(table, seed, threads, spin=False),
-    }
-    if table.has_spin:
-        draws["table, with spin"] = lambda threads: drawn_from(table, seed, threads)
-    ways = []
     # the law without spin may begin at higher speeds than particles have after some walls
+    draws: dict[str, Draw] = {"table, without spin": drawn_from(table, seed, 1, spin=False)}
+    if table.has_spin:
+        draws["table, with spin"] = drawn_from(table, seed, 1)
+    found = {"direct simulation": list[LaterHit]()}
     for name, draw in draws.items():
-        found = compare_chains(draw(None), config, seed=seed, samples=budget.chained, targets=_ANY)
-        if found is None:
-            return ()
-        cost = best_seconds(partial(draw(1), impacts), 5) / len(impacts.index)
-        ways.append(SpinningWay(name, 1e9 * cost, found.estimates, found.states))
+        chains = chains_of(draw, config, seed, budget.chained)
+        parts = in_threads(lambda chain: chain(), chains, lambda _: None)
+        found[name] = [hit for part in parts for hit in part]
+    if not found["table, without spin"]:
+        return ()
+    ways = []
+    for name, hits in found.items():
+        cost = best_seconds(partial(draws.get(name, simulated), impacts), 5) / len(impacts.index)
+        ways.append(SpinningWay(name, 1e9 * cost, tuple(judge(hits, config.spin_targets))))
     return tuple(ways)

@@ -1,19 +1,18 @@
 """A report as sections of text, tables and pictures, for a terminal and for a page."""
 
 from collections.abc import Mapping
-from statistics import fmean
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 import sampler
 from sampler.formats.channels import STATE
 from sampler.table import Table
+from tablegen.accuracy.accuracy_text import verdict_words
 from tablegen.accuracy.comparison import Measured
-from tablegen.accuracy.decision import judge, limits, verdict_words
+from tablegen.accuracy.judgement import judge
 from tablegen.config.config import Config, stored_config
-from tablegen.config.metric_table import METRICS
+from tablegen.config.metric_table import CHAINS, METRICS
 from tablegen.evidence import plots
 from tablegen.evidence.benchmark import BatchMean, Benchmark, batch_seed
 from tablegen.evidence.page import Block, Headline, Section, render_page
@@ -24,7 +23,7 @@ from tablegen.simulation.simulate import simulate
 _HEADS = [metric.head for metric in METRICS.values()]
 METHOD_HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
 MAP_HEAD = ("condition", *_HEADS, "share of declared", "by")
-SPINNING_HEAD = ("way", "ns, batch", "KS", "noise", "AUC", "impacts")
+SPINNING_HEAD = ("way", "ns, batch", "KS", "energy", "squared spin")
 
 #: Purposes of random numbers, apart from those of the measurements.
 _DIRECT, _TABLE = range(300, 302)
@@ -47,42 +46,32 @@ def method_rows(race: Benchmark) -> list[list[str]]:
     return rows
 
 
-def worst_share(point: Measured, declared: Mapping[str, float], count: int) -> tuple[Any, ...]:
-    """Limits of the error in units of the declared one, high and low; and the metric."""
-    shares = []
-    for name, most in declared.items():
-        low, high = limits(name, point.estimates[name], count)
-        shares.append((METRICS[name].share(high, most), METRICS[name].share(low, most), name))
-    return max(shares)
+def worst_share(point: Measured, declared: Mapping[str, float]) -> tuple[float, str]:
+    """Find the largest distance in units of the declared one, and its metric."""
+    found = point.estimates
+    return max(
+        (METRICS[name].share(found[name].value, most), name) for name, most in declared.items()
+    )
 
 
 def map_rows(report: Report, declared: Mapping[str, float]) -> list[list[str]]:
     """Cells of the accuracy map, those nearest to the declared accuracy first; then its limits."""
     points = report.atlas.points
-    ranked = sorted((*worst_share(p, declared, len(points)), k) for k, p in enumerate(points))
+    ranked = sorted((*worst_share(point, declared), k) for k, point in enumerate(points))
     rows = []
-    for high, low, name, k in reversed(ranked):
+    for share, name, k in reversed(ranked):
         point = points[k]
         cells = [metric.text(point.estimates[n].value) for n, metric in METRICS.items()]
         place = f"{point.alpha_deg:.2f}°, {point.speed:.1f} m/s"
-        rows.append([place, *cells, f"{low:.2f} to {high:.2f}", METRICS[name].short])
-    noise = {name: fmean(p.estimates[name].noise for p in points) for name in METRICS}
-    cells = [metric.text(noise[name]) for name, metric in METRICS.items()]
-    rows.append(["noise floor (mean)", *cells, "", ""])
+        rows.append([place, *cells, f"{share:.2f}", METRICS[name].short])
     return [*rows, ["declared", *(f"{declared[name]:g}" for name in METRICS), "1.00", ""]]
 
 
-def headline(report: Report, config: Config, stored: Mapping[str, Any]) -> Headline:
-    """Judge the declared accuracy by this run and by the accuracy that the table stores."""
-    judged, lines = judge(report.atlas.points, config.accuracy), []
-    for name in METRICS:
-        largest = float(np.max(stored.get(name, 0.0), initial=0.0))
-        if largest > getattr(config.accuracy, name):
-            allowed = f"where {getattr(config.accuracy, name):g} is declared"
-            lines.append(f"{name}: the table stores {largest:.4f}, noise included, {allowed}")
-    words = verdict_words(judged.missed, [*judged.undecided, *lines], "declared accuracy")
-    lines = [*judged.missed, *judged.undecided, *lines]
-    return Headline("bad" if judged.missed else "open" if lines else "good", words, lines)
+def headline(report: Report, config: Config) -> Headline:
+    """Judge the declared accuracy by this run."""
+    missed = [number for number in judge(report.atlas.points, config.accuracy) if not number.holds]
+    lines = [number.line for number in missed]
+    return Headline("bad" if missed else "good", verdict_words(missed), lines)
 
 
 def report_sections(
@@ -102,7 +91,7 @@ def report_sections(
         for family in ("direct simulation", "table")
     )
     summary: list[Block] = [
-        headline(report, config, table.accuracy),
+        headline(report, config),
         f"{report.table_bytes:,} bytes for the whole range of angles and speeds; "
         f"{report.random_nanoseconds:.0f} ns a draw at random conditions. Direct simulation takes "
         f"{direct / drawn:.1f} times the time of a draw at {_place(first)}.",
@@ -111,7 +100,7 @@ def report_sections(
         "processor times of one thread.",
     ]
     accuracy: list[Block] = [
-        "Every distance holds the noise of two finite samples; the shares have it taken off.",
+        "Every distance holds the noise of two finite samples.",
         *shown("map"),
         TextTable("Conditions, the worst first", MAP_HEAD, map_rows(report, declared)),
     ]
@@ -126,19 +115,16 @@ def report_sections(
     for k, race in enumerate(report.races):
         methods += shown(f"methods-{k}")
         methods.append(TextTable(f"At {_place(race)}", METHOD_HEAD, method_rows(race)))
-    ks, auc = METRICS["ks"], METRICS["auc"]
     spinning = [
         [
             way.name,
             f"{way.batch_nanoseconds:,.0f}",
-            ks.text(way.estimates["ks"].value),
-            ks.text(way.estimates["ks"].noise),
-            auc.text(way.estimates["auc"].value),
-            f"{way.states:,}",
+            *(f"{number.estimate.value:.3f}" for number in way.numbers),
+            *[""] * (len(CHAINS) - len(way.numbers)),
         ]
         for way in report.spinning
     ]
-    caption = "Second to sixth impacts on one wall or between two; the classifier is told all"
+    caption = "Largest error over the second to sixth hits of chains"
     return [
         Section("Summary", summary),
         Section("Accuracy over angle and speed", accuracy),
@@ -147,7 +133,7 @@ def report_sections(
             "Particles that arrive spinning",
             [TextTable(caption, SPINNING_HEAD, spinning)]
             if spinning
-            else ["Chains of impacts leave the range of the table."],
+            else ["No chain of impacts begins in the range of the table."],
         ),
     ]
 

@@ -14,7 +14,6 @@ from threadpoolctl import threadpool_limits
 
 from sampler.formats.bounds import FOLD, SPEED_COORDINATE
 from sampler.formats.channels import has_works
-from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
 from tablegen.config.pairs import ExponentialRestitution
@@ -90,7 +89,7 @@ class ShapeConditions(NamedTuple):
     def of_leaf(self, number: int) -> LeafConditions:
         """Conditions of one leaf."""
         part = slice(self.starts[number], self.starts[number + 1])
-        return LeafConditions(*(column[part] for column in self[:5]))
+        return LeafConditions._make(column[part] for column in self[:5])
 
 
 def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
@@ -123,7 +122,6 @@ def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
         **_forest(shapes),
         **stacked,
         **({"spin/laws": sphere_laws(config)} if less_spheres(config) else {}),
-        **spin_accuracy_datasets(None),
     }
 
 
@@ -196,9 +194,9 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
     first, parts = _grown(config, still, sizes.still_leaves, sizes.rebounds)
     second, others = _grown(config, spinning, sizes.leaves, sizes.rebounds)
     tree, parts = joined(first, len(parts), second), [*parts, *others]
-    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    columns = (np.concatenate(column) for column in zip(*parts, strict=True))
     starts = np.cumsum([0, *(len(part.inside) for part in parts)])
-    whole = ShapeConditions(*columns, starts, *tree)
+    whole = ShapeConditions._make([*columns, starts, *tree])
     watch.stage("fit")
     return {**whole._asdict(), SECONDS: watch.seconds}
 

@@ -80,7 +80,7 @@ def assemble(
         "marginals/variate_knots": variate_knots(nodes[0].quantiles.shape[-1]),
         **_stack(nodes, axes),
         **accuracy_datasets([], len(config.domain.columns)),
-        **(spin_law or {}),
+        **({**spin_law, **spin_accuracy_datasets()} if spin_law else {}),
     }
     return contents_of(config, datasets, fitted_channels(config).names)
 
@@ -120,8 +120,8 @@ def check_store(table: str | Path, chosen: bool) -> None:
 def with_accuracy(contents: TableContents, validation: Validation) -> TableContents:
     """Add the distances between nodes, noise included, and those of the spin law if compared."""
     measured = accuracy_datasets(validation.comparisons, len(contents.variables))
-    if validation.spin is not None:
-        measured |= spin_accuracy_datasets(validation.spin.measured)
+    if validation.own:
+        measured |= spin_accuracy_datasets(validation.own, validation.hits)
     return replace(contents, datasets={**contents.datasets, **measured})
 
 

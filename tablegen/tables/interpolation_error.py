@@ -7,8 +7,7 @@ from threadpoolctl import threadpool_limits
 
 from sampler.table import Table
 from tablegen.accuracy.measure import FIRST_STREAM, sample_size
-from tablegen.accuracy.metrics import DISTANCES, at_resolution
-from tablegen.accuracy.noise_corrected import certain_correlation_error
+from tablegen.accuracy.metrics import ESTIMATES, Settings, at_resolution
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, stable_number
 from tablegen.config.config import AccuracyTargets, Config
@@ -75,14 +74,16 @@ def _distances(drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets) 
     """Measure the cheap metrics, then the expensive ones if they can decide."""
     drawn, direct = at_resolution(drawn, 0), at_resolution(direct, 1)
 
-    def distance(name: str, most: int | None) -> FloatArray:
-        return np.asarray(DISTANCES[name](drawn[:most], direct[:most], _DIRECTIONS, 0))
+    def distance(name: str, most: int | None = None) -> FloatArray:
+        estimate = ESTIMATES[name](drawn[:most], direct[:most], Settings(0, _DIRECTIONS))
+        if name == "correlation_error":
+            # that of a few rare rebounds is mostly noise
+            return np.array(max(estimate.value - estimate.error, 0.0))
+        return np.asarray(estimate.distance)
 
     found: Arrays = {
-        name: np.array(m.least) if m.trial_states else distance(name, None)
-        for name, m in METRICS.items()
+        name: np.array(m.least) if m.trial_states else distance(name) for name, m in METRICS.items()
     }
-    found["correlation_error"] = np.array(certain_correlation_error(drawn, direct))
     if error_of(found, targets)[0] < _SKIP_ABOVE:
         for name, metric in METRICS.items():
             # the largest possible value allows any difference

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen import load_config
-from tablegen.accuracy.later_hits import after_hit
+from tablegen.accuracy.chains import after_hit
 from tablegen.fitting.law_conditions import Range, spinning_impacts
 from tablegen.fitting.spin_coordinates import SpeedCoordinate, coordinates, folded
 from tablegen.simulation.direct import DirectModel

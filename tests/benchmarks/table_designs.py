@@ -20,7 +20,7 @@ from scipy.special import ndtr
 
 from sampler.formats.channels import to_channels
 from sampler.table import Table
-from tablegen.accuracy.metrics import DISTANCES
+from tablegen.accuracy.metrics import ESTIMATES, Settings
 from tablegen.checkpoints import Stopwatch
 from tablegen.config.config import load_config
 from tablegen.config.metric_table import METRICS
@@ -67,7 +67,7 @@ def report(name, drawn, alpha, speed):
     direct, found = simulated(alpha, speed, 2)[0], []
     for key, metric in METRICS.items():
         a, b = drawn[: metric.trial_states], direct[: metric.trial_states]
-        found.append(f"{metric.head} {np.max(DISTANCES[key](a, b, 16, 0)):.4f}")
+        found.append(f"{metric.head} {ESTIMATES[key](a, b, Settings(0, 16)).value:.4f}")
     print(f"{alpha:g} deg, {speed:g} m/s, {name:38}", *found, flush=True)
 
 

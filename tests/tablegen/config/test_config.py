@@ -17,7 +17,7 @@ from sampler.files import data_directory
 from sampler.formats.channels import STATE, VARIABLES, WORKS
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.config.config import AccuracyTargets, load_config, parse_config, stored_config
-from tablegen.config.metric_table import PRESETS, SPIN_PRESETS
+from tablegen.config.metric_table import CHAIN_LIMITS, PRESETS, SPIN_PRESETS
 from tablegen.config.population import FixedAspect, TruncatedNormalAspect
 from tablegen.config.scenes import merged
 
@@ -225,7 +225,8 @@ class TestPresets:
     def test_limits_of_the_spin_law_change_the_preset_of_the_table(self):
         changes = {"accuracy": {"preset": "compact"}, "spin_accuracy": {"chain_spin": 0.2}}
         targets = load_config("corundum-steel").with_changes(changes).spin_targets.model_dump()
-        assert targets == {"preset": "compact", **SPIN_PRESETS["compact"], "chain_spin": 0.2}
+        limits = {**SPIN_PRESETS["compact"], **CHAIN_LIMITS, "chain_spin": 0.2}
+        assert targets == {"preset": "compact", **limits}
 
 
 def test_page_of_laws_has_the_bounds_of_the_code():

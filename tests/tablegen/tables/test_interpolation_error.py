@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tiny_tables import ROUGH, TINY
 
-from tablegen.accuracy.metrics import DISTANCES
+from tablegen.accuracy.metrics import ESTIMATES
 from tablegen.checkpoints import SECONDS
 from tablegen.config.config import AccuracyTargets
 from tablegen.config.metric_table import METRICS
@@ -80,7 +80,7 @@ class TestNodes:
         assert (first[SECONDS][[0, 2]] > 0.0).all()
 
     def test_hopeless_nodes_are_not_classified(self, monkeypatch):
-        monkeypatch.setattr(MODULE, "DISTANCES", {**DISTANCES, "auc": None})
+        monkeypatch.setattr(MODULE, "ESTIMATES", {**ESTIMATES, "auc": None})
         strict = ROUGH.with_changes({"accuracy": {"ks": 1e-3}})
         node = fit_node(ROUGH, 60.0, 150.0)
         bad = interpolation_errors(strict, HERE, (35.0, 150.0), [node])
