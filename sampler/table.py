@@ -276,8 +276,8 @@ class Table(LawAtConditions, Counting):
             Angular velocity before the impact, rad/s, lab frame. Left out: not spinning, the same
             as zeros.
         grain : "own", "fresh" or array, shape (..., 3)
-            As for `sample`. "fresh" without `omega` is the law of first impacts, the only one of a
-            table without a spin law, which needs it.
+            As for `sample`. "fresh" without `omega`, from a smooth wall, is the law of first
+            impacts, the only one of a table without a spin law, which needs it.
         seed, index, hit, rng, size, threads
             As for `sample`.
         wall_velocity : array, shape (..., 3), optional
