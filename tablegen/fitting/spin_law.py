@@ -5,6 +5,7 @@ numbers are keyed by the seed of the configuration and the key of the task.
 """
 
 import math
+from collections.abc import Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -26,7 +27,7 @@ from tablegen.fitting.law_conditions import (
     still_impacts,
 )
 from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
-from tablegen.fitting.resolution import SpinSizes, spin_sizes
+from tablegen.fitting.resolution import SpinSizes
 from tablegen.fitting.round_grains import less_spheres, sphere_laws, sphere_states
 from tablegen.fitting.spin_coordinates import (
     SPIN_RANGE,
@@ -92,13 +93,14 @@ class ShapeConditions(NamedTuple):
         return LeafConditions._make(column[part] for column in self[:5])
 
 
-def spin_law(config: Config, runner: TaskRunner) -> dict[str, NDArray[Any]]:
-    """Make the spin law of a configuration.
+def spin_law(
+    config: Config, runner: TaskRunner, sizes: Mapping[int, SpinSizes]
+) -> dict[str, NDArray[Any]]:
+    """Make the spin law of a configuration, with sizes by code of the shape.
 
-    Returns the datasets of `sampler.formats.layout` by path; those of the accuracy are empty.
+    Returns the datasets of `sampler.formats.layout` by path, but for those of the accuracy.
     """
-    codes = [int(code) for code in config.population.kernel_arguments().shape_codes]
-    sizes = {code: spin_sizes(config).of_shape(code) for code in codes}
+    codes = list(sizes)
     keys = {code: f"spin conditions {code} {tuple(sizes[code])}" for code in codes}
     tasks = {
         key: Task(conditions_task, (config, code, sizes[code], key)) for code, key in keys.items()

@@ -20,6 +20,7 @@ from tablegen.fitting.spin_law import spin_law
 from tablegen.tables.assembly import assemble, with_accuracy, with_rounded_quantiles
 from tablegen.tables.axes import make_axes
 from tablegen.tables.cost import Cost, estimate
+from tablegen.tables.plan import make_plan
 from tablegen.tables.refine import NodeCache, refine_grid
 from tablegen.tables.rehearsal import rehearse
 from tablegen.tables.spheres import sphere_contents
@@ -35,7 +36,7 @@ class Generated:
     table: Table
     #: What `tablegen.validate` finds with a seed of its own, unless no condition was asked for.
     validation: Validation | None
-    #: Line on the accuracy that the refinement could not reach with the planned nodes.
+    #: Note on the accuracy that the refinement could not reach with the planned nodes.
     unmet: list[str]
     #: Processor seconds by stage; those of a measurement on several threads together.
     seconds: dict[str, float]
@@ -100,13 +101,13 @@ def generate(
     fingerprint = f"{software()}\n{config.text}"
     with CheckpointStore(path, fingerprint, resume=resume, discard=discard) as store:
         runner = TaskRunner(store, executor, progress)
+        plan, cache = make_plan(config), NodeCache(config, runner)
         if not store.resumed:
-            rehearse(config)
-        cache = NodeCache(config, runner)
+            rehearse(plan)
         if on_cost is not None:
-            on_cost(estimate(cache, conditions, store.seconds()))
-        refined = refine_grid(cache)
-        law = spin_law(config, runner) if config.spin else None
+            on_cost(estimate(plan, cache, conditions, store.seconds()))
+        refined = refine_grid(plan, cache)
+        law = spin_law(config, runner, plan.spin) if config.spin else None
         axes = make_axes(config, refined.placement.grid)
         contents = with_rounded_quantiles(assemble(config, axes, refined.nodes, law))
         begin, validation = time.process_time(), None

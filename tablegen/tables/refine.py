@@ -15,18 +15,16 @@ from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.node import NodeArrays, fit_node
-from tablegen.fitting.resolution import LADDER, Resolution, resolution
-from tablegen.tables.axes import first_grid, middle_of, middles, most_nodes
+from tablegen.fitting.resolution import Resolution
+from tablegen.tables.axes import middle_of, middles
 from tablegen.tables.interpolation_error import ON_EDGES, error_of, interpolation_errors
 from tablegen.tables.intervals import Grid, Place, Placement, refine
+from tablegen.tables.plan import Plan
 
 #: What helps where the planned nodes do not.
 _REMEDY = (
     "allow more in [accuracy], or give more components, alpha_nodes_deg or speed_nodes in [table]"
 )
-
-#: Mixtures that reach an AUC of 0.5 + x have about this over x components.
-_COMPONENTS_BY_AUC = 23.0
 
 #: Share of the allowed AUC (above 0.5) for the mixture; the rest is for interpolation.
 _CAPACITY = 0.66
@@ -129,29 +127,24 @@ class NodeCache:
         )
 
 
-def refine_grid(cache: NodeCache) -> RefinedGrid:
-    """Choose the sizes, place the nodes and fit those that the cache does not have.
+def refine_grid(plan: Plan, cache: NodeCache) -> RefinedGrid:
+    """Choose the size, place the nodes and fit those that the cache does not have.
 
-    Nodes and sizes that the configuration names are taken as they are; if it names both lists of
-    nodes, no interpolation error is measured.
+    If the configuration names both lists of nodes, no interpolation error is measured.
     """
-    config = cache.config
-    size, grid = resolution(config), first_grid(config)
-    fixed = config.table.alpha_nodes_deg is not None and config.table.speed_nodes is not None
-    most, rounds, missed = most_nodes(config, grid), dict[Grid, int](), list[str]()
-    if config.table.components is None:
-        size = _choose_components(cache)
-    if fixed:
-        placement = Placement(grid)
-    else:
+    config, rounds, missed = plan.config, dict[Grid, int](), list[str]()
+    size = plan.sizes[0] if len(plan.sizes) == 1 else _choose_size(plan, cache)
 
-        def measure(grid: Grid, places: list[Place]) -> Mapping[Place, float]:
-            number = rounds.setdefault(grid, len(rounds) + 1)
-            nodes, planned = (" x ".join(map(str, n)) for n in (map(len, grid), most))
-            stage = f"round {number}, {nodes} nodes of at most {planned}, "
-            return cache.errors(size, places, counted(grid, places), stage)
+    def measure(grid: Grid, places: list[Place]) -> Mapping[Place, float]:
+        number = rounds.setdefault(grid, len(rounds) + 1)
+        nodes, planned = (" x ".join(map(str, n)) for n in (map(len, grid), plan.most))
+        stage = f"round {number}, {nodes} nodes of at most {planned}, "
+        return cache.errors(size, places, counted(grid, places), stage)
 
-        placement = refine(grid, measure, *middles(config), most)
+    named = config.table.alpha_nodes_deg is not None and config.table.speed_nodes is not None
+    placement = Placement(plan.grid)
+    if not named:
+        placement = refine(plan.grid, measure, *middles(config), plan.most)
     if placement.where is not None and not placement.reached:
         names = counted(placement.grid, [placement.where])
         missed = [f"{cache.said(size, placement.where, names)}, half-way between nodes; {_REMEDY}"]
@@ -167,29 +160,19 @@ def counted(grid: Grid, places: Iterable[Place]) -> Sequence[str]:
     return tuple(METRICS) if cells else ON_EDGES
 
 
-def ladder(config: Config) -> list[int]:
-    """Sizes of the mixture to choose from, up to the first with room for the allowed AUC."""
-    wanted = _COMPONENTS_BY_AUC / max(config.accuracy.auc - 0.5, 0.002)
-    return list(LADDER[: 1 + sum(components < 0.98 * wanted for components in LADDER[:-1])])
-
-
-def _choose_components(cache: NodeCache) -> Resolution:
+def _choose_size(plan: Plan, cache: NodeCache) -> Resolution:
     """Find the smallest mixture that leaves room for interpolation at every probe."""
-    config = cache.config
-    (low, high), speeds = np.sqrt(config.domain.alpha_deg), first_grid(config).speed
+    (low, high), speeds = np.sqrt(plan.config.domain.alpha_deg), plan.grid.speed
     angles = dict.fromkeys(round(float((low + x * (high - low)) ** 2), 6) for x in _PROBES)
     probes = [Place((a,), (v,)) for a in angles for v in sorted({speeds[0], speeds[-1]})]
-    least = 0
-    rungs = ladder(config)
-    for rung, components in enumerate(rungs):
-        size = resolution(config, components)
-        if rung < least:
+    least = 0.0
+    for size in plan.sizes:
+        if size.components < least and size != plan.sizes[-1]:
             continue
-        stage = f"mixture of {components}, "
+        stage = f"mixture of {size.components}, "
         error = max(cache.errors(size, probes, ("auc",), stage).values())
         if error <= _CAPACITY:
             break
         # go on where the measured decay leads, or a little below
-        wanted = components * (error / _CAPACITY) ** (1.0 / _DECAY)
-        least = min(sum(rung_size < 0.8 * wanted for rung_size in rungs), len(rungs) - 1)
+        least = 0.8 * size.components * (error / _CAPACITY) ** (1.0 / _DECAY)
     return size

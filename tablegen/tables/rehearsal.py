@@ -15,10 +15,11 @@ from sampler.table import load
 from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import Config
 from tablegen.fitting.node import NodeArrays, fit_node
-from tablegen.fitting.resolution import Resolution, resolution
+from tablegen.fitting.resolution import Resolution
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
-from tablegen.tables.axes import first_grid, make_axes
+from tablegen.tables.axes import make_axes
+from tablegen.tables.plan import Plan
 
 #: Particles and mixture components of a rough node.
 _PARTICLES, _COMPONENTS = 400, 2
@@ -27,13 +28,13 @@ _PARTICLES, _COMPONENTS = 400, 2
 _SAME = 1e-5
 
 
-def rehearse(config: Config) -> None:
-    """Refuse a configuration whose table would be refused.
+def rehearse(plan: Plan) -> None:
+    """Refuse a plan whose table would be refused.
 
     Reasons are a variable that is constant at every condition, nodes that are too close, and any
     limit of the file format.
     """
-    grid, size = first_grid(config), resolution(config)
+    config, grid, size = plan.config, plan.grid, plan.sizes[0]
     axes = make_axes(config, grid)
     ends = [list(dict.fromkeys((nodes[0], nodes[-1]))) for nodes in grid]
     conditions = list(product(*ends))

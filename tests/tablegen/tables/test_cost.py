@@ -1,4 +1,4 @@
-"""Estimated cost: counts are exact, times are those of the first node and trial."""
+"""Estimated cost: counts are exact, times are those of the first node."""
 
 from types import SimpleNamespace
 
@@ -7,42 +7,42 @@ from command_line import config_file
 from tiny_tables import GENERATE, ROUGH
 
 from tablegen.tables.cost import cost_text, estimate, time_text
+from tablegen.tables.plan import make_plan
 
-NODE, TRIAL = 3.0, 1.0
+NODE = 3.0
 
 
 class Cache:
-    """Nodes and trials that take a known time."""
+    """Nodes that take a known time."""
 
-    def __init__(self, config):
-        self.config, self.runner = config, SimpleNamespace(seconds={"fit": 0.0})
+    def __init__(self):
+        self.runner = SimpleNamespace(seconds={"fit": 0.0})
 
     def fit(self, size, conditions):
         self.runner.seconds["fit"] += NODE * len(conditions)
 
-    def errors(self, size, places):
-        self.runner.seconds["fit"] += TRIAL * len(places)
-
 
 def test_named_nodes_are_counted():
-    cost = estimate(Cache(ROUGH))
-    assert cost.first == cost.most == (2, 2)
+    plan = make_plan(ROUGH)
+    cost = estimate(plan, Cache())
+    assert plan.first == plan.most == (2, 2)
     assert cost.seconds == (4 * NODE, 4 * NODE)
-    low, high = estimate(Cache(ROUGH), 5).seconds
-    assert 4 * NODE + 3 * TRIAL < low < 4 * NODE + 5 * TRIAL < 4 * NODE + 15 * TRIAL < high
+    low, high = estimate(plan, Cache(), 5).seconds
+    assert 4 * NODE < low < high
 
 
 def test_open_grid_is_counted_at_first_and_at_most():
-    cost = estimate(Cache(ROUGH.with_changes({"table": {"speed_nodes": None}})))
+    plan = make_plan(ROUGH.with_changes({"table": {"speed_nodes": None}}))
+    cost = estimate(plan, Cache())
     assert "nodes at first, at most 2 x " in cost_text(cost, 2)
-    speeds, most = cost.first[1], cost.most[1]
-    assert most == 3 * speeds - 2
-    low, high = (2 * n * NODE + k * (4 * n - 3) * TRIAL for n, k in ((speeds, 1), (most, 2)))
-    assert cost.seconds == (low, high)
+    assert plan.most[1] == 3 * plan.first[1] - 2
+    low, high = cost.seconds
+    assert low > 2 * plan.first[1] * NODE
+    assert high > max(low, 2 * plan.most[1] * NODE)
 
 
 def test_pieces_of_an_interrupted_run_do_not_cost_again():
-    cost = estimate(Cache(ROUGH), 0, 3 * NODE)
+    cost = estimate(make_plan(ROUGH), Cache(), 0, 3 * NODE)
     assert cost.seconds == (NODE, NODE)
     assert "about 3 seconds of one processor beside the 9 seconds that are done" in cost_text(
         cost, 1

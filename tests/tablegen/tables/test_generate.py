@@ -11,6 +11,7 @@ from tablegen.config.config import load_config, parse_config
 from tablegen.fitting.marginals import rounded_quantiles
 from tablegen.fitting.node import fit_node
 from tablegen.tables.generate import generate
+from tablegen.tables.plan import make_plan
 from tablegen.tables.rehearsal import rehearse
 
 pytestmark = pytest.mark.usefixtures("quick_measurement", "quick_classifier")
@@ -117,4 +118,4 @@ class TestRefusedBeforeAnyWork:
         config = ROUGH.with_changes(elastic)
         assert line(config).startswith("domain.components: got u, w, omega_y, the same")
         components = {"domain": {"components": ["v", "omega_x", "omega_z", "collisions"]}}
-        rehearse(config.with_changes(components))
+        rehearse(make_plan(config.with_changes(components)))

@@ -13,7 +13,8 @@ from tablegen.config.metric_table import METRICS
 from tablegen.fitting.resolution import LADDER, resolution
 from tablegen.tables.interpolation_error import interpolation_errors
 from tablegen.tables.intervals import Grid
-from tablegen.tables.refine import NodeCache, ladder
+from tablegen.tables.plan import make_plan
+from tablegen.tables.refine import NodeCache
 from tablegen.tables.refine import refine_grid as refine_nodes
 
 MODULE = sys.modules[interpolation_errors.__module__]
@@ -28,7 +29,7 @@ def open_config(accuracy=ACCURACY, **table):
 
 
 def refine_grid(config, runner):
-    return refine_nodes(NodeCache(config, runner))
+    return refine_nodes(make_plan(config), NodeCache(config, runner))
 
 
 @pytest.fixture(autouse=True)
@@ -68,12 +69,13 @@ class TestLaw:
     def test_smallest_mixture_that_leaves_room_is_chosen(self):
         refined = refine_grid(open_config(), TaskRunner())
         assert refined.size.components == next(k for k in LADDER if mixture_error(k) <= 0.66 * 0.4)
-        assert LADDER[0] < refined.size.components < ladder(open_config())[-1] < LADDER[-1]
+        largest = make_plan(open_config()).sizes[-1].components
+        assert LADDER[0] < refined.size.components < largest < LADDER[-1]
 
     def test_mixture_is_never_larger_than_planned(self, monkeypatch):
         monkeypatch.setattr(sys.modules[__name__], "mixture_error", lambda components: 0.4)
         config = open_config()
-        assert refine_grid(config, TaskRunner()).size.components == ladder(config)[-1]
+        assert refine_grid(config, TaskRunner()).size == make_plan(config).sizes[-1]
 
     def test_nodes_are_placed_by_the_error(self):
         refined = refine_grid(open_config(components=200), TaskRunner())
