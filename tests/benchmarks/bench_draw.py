@@ -1,7 +1,7 @@
 """Nanoseconds per draw: Python and C, beside numpy's bootstrap of stored rows and the floor.
 
     python tests/benchmarks/bench_draw.py
-    python tests/benchmarks/bench_draw.py --table corundum-steel --rounds 31 --json draw.json
+    python tests/benchmarks/bench_draw.py --table corundum-steel --rounds 31
 
 Every row draws the same number of states of six components at random angles and speeds, on one
 thread. The bootstrap is ``rows[rng.integers(0, 10**6, n)]`` of an array of 10**6 rows in single
@@ -13,7 +13,6 @@ are left out.
 """
 
 import argparse
-import json
 import statistics
 import tempfile
 from collections.abc import Callable
@@ -107,7 +106,6 @@ def main() -> None:
     parser.add_argument("--table", default="corundum-steel")
     parser.add_argument("--count", type=int, default=ROWS)
     parser.add_argument("--rounds", type=int, default=15)
-    parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     table = sampler.load(options.table)
     if not table.contents.has_spin:
@@ -121,14 +119,11 @@ def main() -> None:
             draws |= c_draws(folder / "t.rbt", conditions, folder)
         measured = in_turns(draws, options.rounds)
     print(f"{'ns per draw':32} {'least':>8} {'median':>8} {'/ bootstrap':>12}")
-    rows, scale = [], 1e9 / options.count
+    scale = 1e9 / options.count
     for name, times in measured.items():
         least, median = scale * min(times), scale * statistics.median(times)
         ratio = median_ratio(times, measured[BOOTSTRAP])
         print(f"{name:32} {least:8.1f} {median:8.1f} {ratio:12.2f}")
-        rows.append({"name": name, "least_ns": least, "median_ns": median, "ratio": ratio})
-    if options.json:
-        options.json.write_text(json.dumps({"table": options.table, "draws": rows}, indent=1))
 
 
 if __name__ == "__main__":

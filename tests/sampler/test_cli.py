@@ -15,16 +15,7 @@ import sampler
 from sampler.errors import InputError
 from sampler.files import available, find_config, find_table
 from sampler.formats.binary_layout import field_offset
-from sampler.options import (
-    BAD_INPUT,
-    FAILED,
-    OUTPUT,
-    TABLE,
-    Command,
-    Program,
-    output,
-    run_program,
-)
+from sampler.options import BAD_INPUT, FAILED, OUTPUT, TABLE, Command, Program, output, run_program
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
 

@@ -45,10 +45,7 @@ def mirror_distance(table, spin, other):
     index = np.arange(2 * MIRRORED)
     given = np.where(index[:, None] < MIRRORED, spin, other)
     states = table.sample(0.5, 100.0, spin=given, seed=11, index=index, hit=1)
-    return max(
-        ks_2samp(*pair).statistic
-        for pair in zip(states[:MIRRORED].T, (states[MIRRORED:] * MIRROR).T, strict=True)
-    )
+    return ks_2samp(states[:MIRRORED], states[MIRRORED:] * MIRROR).statistic.max()
 
 
 def conditions(seed=1):

@@ -58,22 +58,16 @@ def test_direct_methods_follow_their_settings(case):
     assert moved["flight tolerance 0.0001"] > moved["flight tolerance 1e-06"]
 
 
-class TestTablesBeside:
-    def test_of_another_pair_are_refused(self, tiny, tmp_path):
-        other = tmp_path / "other.h5"
-        write_table(other, replace(sampler.load(tiny.path).contents, pair="sand-glass"))
-        with pytest.raises(InputError, match="got pair sand-glass, allowed: corundum-steel"):
-            methods.other_table(str(other), sampler.load(tiny.path))
-
-    def test_of_a_smaller_range_are_refused(self, tiny):
-        with pytest.raises(InputError, match=r"got alpha_range .*, allowed: "):
-            methods.other_table(str(tiny.path), sampler.load("corundum-steel"))
-
-    def test_without_all_components_are_refused(self, tiny, tmp_path):
-        part = tmp_path / "part.h5"
-        prune(tiny.path, TINY.with_changes({"domain": {"components": ["u", "v"]}}), part)
-        with pytest.raises(InputError, match="got components u, v, allowed: u, v, w, omega_x"):
-            methods.load_whole(str(part))
+def test_tables_beside_are_of_the_pair_the_range_and_all_components(tiny, tmp_path):
+    mine, other, part = sampler.load(tiny.path), tmp_path / "other.h5", tmp_path / "part.h5"
+    write_table(other, replace(mine.contents, pair="sand-glass"))
+    with pytest.raises(InputError, match="got pair sand-glass, allowed: corundum-steel"):
+        methods.other_table(str(other), mine)
+    with pytest.raises(InputError, match=r"got alpha_range .*, allowed: "):
+        methods.other_table(str(tiny.path), sampler.load("corundum-steel"))
+    prune(tiny.path, TINY.with_changes({"domain": {"components": ["u", "v"]}}), part)
+    with pytest.raises(InputError, match="got components u, v, allowed: u, v, w, omega_x"):
+        methods.load_whole(str(part))
 
 
 def test_interval_holds_the_mean_as_often_as_it_says():
