@@ -12,6 +12,7 @@ knots           error at a node, by knots of the quantile functions
 """
 
 import sys
+import time
 from functools import lru_cache
 
 import harness  # noqa: F401  (makes the imports from a checkout possible)
@@ -21,7 +22,6 @@ from scipy.special import ndtr
 from sampler.formats.channels import to_channels
 from sampler.table import Table
 from tablegen.accuracy.metrics import ESTIMATES, Settings
-from tablegen.checkpoints import Stopwatch
 from tablegen.config.config import load_config
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.components import class_of
@@ -133,13 +133,14 @@ def abscissa():
 
 def at_node(alpha, speed, knots, components, mirror=False):
     """Error at a node, bytes of its mixture, and seconds of its fit."""
-    watch, config = Stopwatch(), CONFIG.with_changes({"table": {"mirror": mirror}})
-    node = fit_node(config, alpha, speed, Resolution(COUNT, knots, components), watch)
+    begin, config = time.thread_time(), CONFIG.with_changes({"table": {"mirror": mirror}})
+    node = fit_node(config, alpha, speed, Resolution(COUNT, knots, components))
+    seconds = time.thread_time() - begin
     table = Table(assemble(config, make_axes(config, Grid((alpha,), (speed,))), [node]))
     drawn = table.sample(np.radians(alpha), speed, seed=2, index=np.arange(COUNT))
     size = sum(array.nbytes for array in node) - node.quantiles.nbytes
     name = f"{components} components {size / 1e3:.1f} kB {knots} knots"
-    name += f" mirror {mirror} {watch.seconds[1]:.1f} s"
+    name += f" mirror {mirror} {seconds:.1f} s"
     report(name, drawn, alpha, speed)
 
 

@@ -13,12 +13,14 @@ import numpy as np
 import pytest
 from command_line import BAD_INPUT, DONE, MISSED, SIMULATE, config_file, flags
 from corrupt_tables import declaring, independent_channels, lopsided
+from tiny_tables import GENERATE
 
 import sampler
 from sampler.formats.hdf5 import write_table
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.simulation.simulate import make_condition, simulate_condition
+from tablegen.tables.refine import refine_grid
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
 
@@ -127,6 +129,15 @@ class TestGenerate:
         assert ended.status == MISSED
         assert "\nto hold: declare auc = 0." in ended.out
         assert sampler.load(output).accuracy["auc"].max() > 0.5
+
+    def test_what_the_refinement_could_not_reach_is_a_note(self, run, tmp_path, monkeypatch):
+        def short(plan, cache):
+            return refine_grid(plan, cache)._replace(missed=["ks 0.2 at 40 degrees"])
+
+        monkeypatch.setattr(GENERATE, "refine_grid", short)
+        words = ("--output", tmp_path / "t.h5", "--conditions", 1, "--quiet")
+        ended = run("generate", config_file(tmp_path), *words)
+        assert (ended.status, ended.err) == (DONE, "tablegen: note: ks 0.2 at 40 degrees\n")
 
 
 class TestValidate:
