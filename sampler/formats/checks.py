@@ -258,7 +258,7 @@ _TABULATED, _TABULATED_RESISTANCE = 4, 2
 
 
 def _is_table(numbers: Array, most_speeds: float) -> bool:
-    """Whether numbers are a table over increasing angles and at most so many speeds."""
+    """Whether numbers are a table over increasing angles and speeds."""
     n, m = numbers[:2] if len(numbers) > 1 else (0.0, 0.0)
     if not (n >= 1.0 and 1.0 <= m <= most_speeds and len(numbers) == 2.0 + n + m + n * m):
         return False

@@ -200,7 +200,7 @@ def to_steps(values: ArrayLike, coarse: int = 1) -> NDArray[np.int16]:
     values : array_like of float
         Within [-8, 8).
     coarse : int
-        Round to multiples of so many steps: the file gets smaller, because zeros compress.
+        Steps to whose multiples values are rounded: zeros compress.
 
     Returns
     -------
