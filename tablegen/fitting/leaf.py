@@ -76,7 +76,9 @@ class LeafArrays(NamedTuple):
     quantiles: NDArray[np.float32]
 
 
-def _inputs_and_outcomes(rebounds: Rebounds, speed: SpeedCoordinate) -> tuple[FloatArray, FloatArray]:
+def _inputs_and_outcomes(
+    rebounds: Rebounds, speed: SpeedCoordinate
+) -> tuple[FloatArray, FloatArray]:
     """Compute inputs (n, 7) and outcomes (n, 6 or 8) of rebounds."""
     q, signs = folded(coordinates(rebounds.conditions, speed), rebounds.turned)
     found = outcomes(rebounds.states, rebounds.energy)
