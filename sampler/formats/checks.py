@@ -16,6 +16,8 @@ from sampler.formats.bounds import (
     MOST_NUMBER,
     NUMBER_ROUNDING,
     ROUNDING,
+    TABULATED,
+    TABULATED_RESISTANCE,
 )
 
 Array = NDArray[Any]
@@ -254,7 +256,6 @@ spin_leaves_the_wall = Check(
 
 #: Numbers before those of a polynomial or of tables.
 _LAW_NUMBERS = 8
-_TABULATED, _TABULATED_RESISTANCE = 4, 2
 
 
 def _is_table(numbers: Array, most_speeds: float) -> bool:
@@ -280,8 +281,8 @@ def _contact_laws(values: Array, _: Mapping[str, Array]) -> str | None:
     if not (0.0 <= length <= left and length % 1.0 == 0.0):
         return f"got {length:.9g} at [7], allowed: 0 to {left}, of {len(values)} numbers"
     first, second = np.split(values[_LAW_NUMBERS:], [int(length)])
-    needed = resistance == _TABULATED_RESISTANCE or second.size > 0
-    if (restitution == _TABULATED and not _is_table(first, np.inf)) or (
+    needed = resistance == TABULATED_RESISTANCE or second.size > 0
+    if (restitution == TABULATED and not _is_table(first, np.inf)) or (
         needed and not _is_table(second, 1.0)
     ):
         return "got numbers that are no table, allowed: numbers of angles and speeds, these, values"

@@ -14,7 +14,6 @@ from threadpoolctl import threadpool_limits
 
 from sampler.formats.bounds import MIXTURE_SCALE
 from sampler.formats.channels import MIRRORED, channels_for
-from tablegen.accuracy.scene_variables import simulated_channels
 from tablegen.checkpoints import stable_number
 from tablegen.config.config import Config
 from tablegen.fitting.components import CLASSES, alias_table, allocate_components, class_of
@@ -27,6 +26,7 @@ from tablegen.fitting.marginals import (
 from tablegen.fitting.mixture import Mixture, fit_mixture
 from tablegen.fitting.resolution import Resolution, resolution
 from tablegen.model.float_array import FloatArray
+from tablegen.simulation.scene_variables import simulated_channels
 from tablegen.simulation.simulate import simulate
 
 #: Means and factors are rounded to 1/128, this number of steps of the file. That saves a quarter

@@ -8,12 +8,12 @@ from threadpoolctl import threadpool_limits
 from sampler.table import Table
 from tablegen.accuracy.measure import FIRST_STREAM, sample_size
 from tablegen.accuracy.metrics import ESTIMATES, Settings, at_resolution
-from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.checkpoints import Arrays, stable_number
 from tablegen.config.config import AccuracyTargets, Config
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.node import NodeArrays
 from tablegen.model.float_array import FloatArray
+from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import make_axes

@@ -9,9 +9,9 @@ from corrupt_tables import independent_channels, independent_columns
 from sampler.formats.channels import MIRRORED, STATE, VARIABLES, WORKS
 from sampler.table import Table
 from tablegen.accuracy.metrics import Settings, auc, correlation_error, ks_distances
-from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import load_config
 from tablegen.fitting.node import fit_node, node_stream
+from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import make_axes
