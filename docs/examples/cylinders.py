@@ -24,20 +24,9 @@ ENERGY = "energy of those thrown back, J/kg"
 Result = namedtuple("Result", "diameter fate hits energy spin column speed angle field")
 
 
-def sphericity(grain):
-    """Sphericity of grains (n, 3): shape code, b/a and c/b."""
-    b, c, p = grain[:, 1], grain[:, 1] * grain[:, 2], 1.6075  # Thomsen's exponent, within 1.1 %
-    box, slant = 8.0 * (b + b * c + c), 8.0 * np.sqrt(b**2 + (b * c) ** 2 + c**2)
-    cut = box - 0.5 * (2.0 - math.sqrt(2.0)) ** 2 * (box - slant)  # a truncated prism
-    smooth = 4.0 * math.pi * ((b**p + c**p + (b * c) ** p) / 3.0) ** (1.0 / p)
-    surface = np.choose(grain[:, 0].astype(int), [smooth, box, cut, slant, smooth])
-    half = sampler.half_size(1.0, grain[:, 0], grain[:, 1:])
-    return np.minimum(math.pi / (surface * half**2), 1.0)
-
-
 def drag_of(diameter, grain):
     """Factors of the rate of drag: that of Stokes, 1/s, and Reynolds number over slip, s/m."""
-    round_ = sphericity(grain)
+    round_ = np.minimum(sampler.sphericity(grain), 1.0)  # rounding of spheres
     k1 = 1.0 / (1.0 / 3.0 + 2.0 / 3.0 / np.sqrt(round_))
     k2 = 10.0 ** (1.8148 * (-np.log10(round_)) ** 0.5743)
     stokes = 18.0 * VISCOSITY / (DENSITY * diameter**2 * k1)

@@ -46,7 +46,7 @@ LOOKS = {
 def grains_of(model, diameter, seed, index, **_):
     """Grains that a table or direct model keeps, and their largest half-sizes."""
     grain = model.grains(seed, index)
-    return grain, sampler.half_size(diameter, grain[:, 0], grain[:, 1:])
+    return grain, sampler.half_size(diameter, grain)
 
 
 def direct_law(model):

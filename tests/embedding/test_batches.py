@@ -159,33 +159,20 @@ def test_a_row_with_an_error_is_nan_and_leaves_the_others_alone(
     np.testing.assert_array_equal(found[good], whole[good])
 
 
-@pytest.mark.parametrize("call", ["sample", "rebound"])
-def test_what_is_missing_is_an_error_and_nothing_is_written(library, call):
-    arrays = conditions(3, "given") if call == "sample" else impacts(3, "given", rough=True)
-    required = {"sample": {"alpha1", "speed"}, "rebound": {"velocity", "normal", "half_size"}}[call]
-    missing, states = [], np.full((3, 6), 7.0)
+def test_what_is_missing_is_an_error_and_nothing_is_written(library):
+    """Tables, records and keys; arrays in records are left out in fuzz_calls.c."""
+    states, index = np.full((3, 6), 7.0), np.arange(3, dtype=np.uint64)
+    given = record(toolchain.Conditions, conditions(3, "given"))
+    assert library.rbt_sample(None, 3, given, SEED, states, None) == -1
+    given = record(toolchain.Impacts, impacts(3, "given"))
+    after = record(toolchain.Rebounds, {"velocity": states})
+    assert library.rbt_rebound(None, 3, given, SEED, after) == -1
     with toolchain.opened(library, VECTORS / "spin.rbt") as table:
-
-        def run(arrays, at=table):
-            if call == "sample":
-                given = record(toolchain.Conditions, arrays)
-                return library.rbt_sample(at, 3, given, SEED, states, None)
-            given, after = record(toolchain.Impacts, arrays), toolchain.Rebounds()
-            after.velocity = states.ctypes.data
-            return library.rbt_rebound(at, 3, given, SEED, after)
-
-        assert run(arrays, None) == -1
-        assert (states == 7.0).all()
-        for name in arrays:
-            code = run({k: v for k, v in arrays.items() if k != name})
-            missing += [name] * (code == -1)
-            assert code in (-1, *range(16))
-        records = (library.rbt_sample, (states, None)), (library.rbt_rebound, (None,))
-        for function, results in records:
-            assert function(table, 3, None, SEED, *results) == -1
+        assert library.rbt_sample(table, 3, None, SEED, states, None) == -1
+        assert library.rbt_rebound(table, 3, None, SEED, after) == -1
         assert library.rbt_grains(table, 3, SEED, None, None, states) == -1
-        assert library.rbt_grains(table, 3, SEED, arrays["index"], None, None) == -1
-    assert set(missing) == required | {"index", "hit"}
+        assert library.rbt_grains(table, 3, SEED, index, None, None) == -1
+    assert (states == 7.0).all()
     assert [library.rbt_components(None, None), library.rbt_has_spin_law(None)] == [0, 0]
     assert (library.rbt_covered(None, None), library.rbt_pair(None)) == (-1, b"")
     assert library.rbt_mean_half_size(None, 1.0) == 0.0

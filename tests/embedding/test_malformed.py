@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import toolchain
 from known_vectors import VECTORS
-from small_tables import full
 from spin_tables import less_spheres, with_spin_law
+from synthetic_table import make_contents
 
 from sampler.errors import CODES
 from sampler.files import find_table
@@ -18,9 +18,9 @@ from sampler.formats.image import checksum, header_of, table_image
 
 #: A good image of each kind of table: two shapes, the second a mesh, and tables among the laws.
 GOOD = {
-    "nodes": table_image(full()),
-    "spin": table_image(with_spin_law(full(), codes=(1, 6))),
-    "less spheres": table_image(less_spheres(with_spin_law(full(), codes=(0,)))),
+    "nodes": table_image(make_contents()),
+    "spin": table_image(with_spin_law(make_contents(), codes=(1, 6))),
+    "less spheres": table_image(less_spheres(with_spin_law(make_contents(), codes=(0,)))),
     "spheres": table_image(read_table(find_table("kharaz-2001"))),
 }
 STORED = {array.name: array for array in ARRAYS}

@@ -6,12 +6,10 @@ import pytest
 import wall_laws
 from cylinders import COLUMNS, PITCH, RADIUS, SPEED
 from scipy.integrate import solve_ivp
-from scipy.spatial import ConvexHull
 from tqdm import tqdm
 
 import sampler
 from tablegen import DirectModel
-from tablegen.model.shapes import MAX_VERTICES, place_vertices
 
 SIZES = 30e-6, 100e-6  # m
 
@@ -27,16 +25,6 @@ def test_gas_flows_around_the_cylinders():
         through = [cylinders.gas_velocity(PITCH * column, at)[0] for at in gap]
         assert np.trapezoid(through, gap) == pytest.approx(SPEED * PITCH, rel=0.03)
     np.testing.assert_allclose(cylinders.gas_velocity(-1.0, 0.003), [SPEED, 0.0], atol=1e-9)
-
-
-def test_sphericity_of_polyhedra_is_that_of_their_hulls():
-    grain, vertices = np.array([[0, 1, 1], [1, 0.8, 0.7], [2, 0.8, 0.7], [3, 0.8, 0.7]]), []
-    for shape, ratio, other in grain[1:]:
-        corners = np.empty((MAX_VERTICES, 3))
-        n, _ = place_vertices(int(shape), ratio, ratio * other, 2.0 - np.sqrt(2.0), corners)
-        vertices.append(ConvexHull(corners[:n]))
-    expected = [1.0] + [np.pi ** (1 / 3) * (6 * h.volume) ** (2 / 3) / h.area for h in vertices]
-    np.testing.assert_allclose(cylinders.sphericity(grain), expected, rtol=1e-9)
 
 
 def test_flights_are_those_of_an_independent_integration():

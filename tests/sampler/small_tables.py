@@ -8,11 +8,6 @@ from sampler.formats.channels import CHANNELS, STATE, WORKS, channels_for
 N_KNOTS, N_GRID, N_COMPONENTS, N_CLASSES = 9, 17, 4, 2
 
 
-def full():
-    """Six components, three nodes an axis."""
-    return make_contents()
-
-
 def scene(components, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, channels=()):
     """A table for some components; channels beyond theirs only carry dependence."""
     rng = np.random.default_rng(seed)
@@ -76,7 +71,7 @@ def pruned():
 
     The look-up of the axes goes on beyond the nodes, and their numbers begin at 1.
     """
-    whole = full()
+    whole = make_contents()
     channels = whole.channels[: whole.channels.index("omega_z") + 1]
     n, path = len(channels), "dependence/"
     kept = {p.removeprefix(path): x[1:, 1:] for p, x in whole.datasets.items() if path in p}
@@ -91,7 +86,7 @@ def pruned():
 
 
 SMALL_TABLES = {
-    "full": full,
+    "full": make_contents,
     "all-eight": all_eight,
     "works": works,
     "plane": plane,

@@ -49,16 +49,6 @@ assert main(["export", "PATH", "--output", "a.rbt"]) == 0
 assert main(["list"]) == 0
 """
 
-REFUSED = """
-from tablegen.commands.main import main
-assert main(["demo"]) == 2
-import tablegen
-try:
-    tablegen.simulate
-except ImportError as error:
-    print("python:", error)
-"""
-
 
 def _run(code, folder=None):
     """Run code, of the sources that are tested, in a folder."""
@@ -93,14 +83,6 @@ def test_works_where_nothing_else_is_installed(table_path, tmp_path, packages, w
     run = _run((ALONE % (packages,) + work).replace("PATH", str(table_path)), tmp_path)
     assert run.returncode == 0, run.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == files
-
-
-def test_the_generator_says_there_what_it_needs(tmp_path):
-    run = _run(ALONE % ((*RUNTIME, "click", "tablegen"),) + REFUSED, tmp_path)
-    line = "the generator is not installed, allowed after: pip install 'rebound-tables[generate]'\n"
-    assert run.stderr == f"tablegen: error: {line}"
-    assert run.stdout == f"python: {line}"
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("name", ["lazy_loader", "h5py"])

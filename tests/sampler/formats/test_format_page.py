@@ -21,12 +21,6 @@ def test_is_up_to_date(page):
     assert filled_page(page) == page, f"{PAGE} is out of date: {COMMAND}"
 
 
-def test_old_parts_are_seen_and_replaced(page):
-    old = page.replace("| `marginals/quantiles` | float32 |", "| `marginals/quantiles` | float64 |")
-    assert old != page
-    assert filled_page(old) == page
-
-
 def test_a_new_dataset_would_be_missed(page, monkeypatch):
     extra = layout.Dataset("axes/new", "<u2", ("n_alpha", 3), "1", "something new")
     monkeypatch.setattr(format_page, "DATASETS", (*layout.DATASETS, extra))

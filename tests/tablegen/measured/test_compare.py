@@ -78,6 +78,14 @@ def test_sliding_spheres_of_kharaz():
     assert (np.array(off[1]) > bounds).all()
 
 
+def test_the_shipped_spheres_are_those_of_kharaz():
+    found = compare(load_config("kharaz-2001"), "kharaz-2001", count=2)
+    for name, allowed in {"e_t": 0.03, "omega_z": 0.03, "rebound_angle_deg": 1.0}.items():
+        off = found.means[name].deviation
+        assert np.isfinite(off).sum() >= 7
+        assert np.nanmax(np.abs(off)) < allowed
+
+
 def test_text_has_every_number(found):
     lines = comparison_text(found).splitlines()
     start = next(k for k, line in enumerate(lines) if line.startswith("e_n"))

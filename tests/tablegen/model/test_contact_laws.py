@@ -137,7 +137,6 @@ class TestRestitution:
 
 class TestResistance:
     # contact ahead of the centre, behind, abreast; r . V_p, |r|, |V_p|
-    ENDS = ((0.6, 0.3, 2.0), (-0.6, 0.3, 2.0))
     CONTACTS = ((0.6, 0.3, 2.0), (-0.6, 0.3, 2.0), (0.0, 0.3, 2.0), (0.1, 0.5, 0.7))
 
     @pytest.mark.parametrize("factor", [0.0, 1.0, 2.5])
