@@ -64,7 +64,6 @@ SOURCES = (
 
 
 def without_checkout():
-    """Environment in which nothing of the checkout is found."""
     hidden = {"PYTHONPATH", "PYTHONHOME", "NUMBA_CACHE_DIR", "VIRTUAL_ENV"}
     return {name: value for name, value in os.environ.items() if name not in hidden}
 
@@ -84,7 +83,6 @@ def call(*words, folder, status=0):
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """Both distributions."""
     pytest.importorskip("build")
     folder = tmp_path_factory.mktemp("dist")
     call(sys.executable, "-m", "build", "--outdir", folder, ROOT, folder=folder)
@@ -104,13 +102,11 @@ def environment(folder, requirement):
 
 @pytest.fixture(scope="module")
 def installed(built, tmp_path_factory):
-    """The wheel with the generator."""
     return environment(tmp_path_factory.mktemp("clean"), f"{built.wheel}[generate]")
 
 
 @pytest.fixture(scope="module")
 def light(built, tmp_path_factory):
-    """The wheel without extras."""
     return environment(tmp_path_factory.mktemp("light"), built.wheel)
 
 

@@ -53,7 +53,6 @@ class Conditions:
 
 
 def python_draws(table: sampler.Table, c: Conditions) -> dict[str, Draw]:
-    """Draws of the bootstrap and of this package."""
     rng = np.random.default_rng(2)
     rows = rng.standard_normal((ROWS, 6)).astype(np.float32)
     keys = {"seed": 7, "index": c.index, "hit": c.hit, "threads": 1}

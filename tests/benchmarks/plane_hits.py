@@ -28,7 +28,6 @@ def energies(table, turn, alpha_deg):
 
 
 def main():
-    """Print the ratios of energies, plane over whole."""
     whole = sampler.load("corundum-steel")
     scene, _ = scene_over(stored_config(whole.config, "config"), "plane-flow")
     plane = sampler.table.Table(pruned(whole.contents, scene))

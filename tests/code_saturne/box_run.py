@@ -54,7 +54,6 @@ def read_particles(folder, name):
 
 
 def read_hits(folder):
-    """Every hit of a run."""
     index, rows = _read(folder, "hits", 21)
     parts = [rows[:, k : k + 3] for k in (9, 3, 12, 15, 18)]
     return Hits(index, rows[:, 2].astype(int), *parts)

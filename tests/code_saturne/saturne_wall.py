@@ -48,7 +48,6 @@ def drawn_states(table, count):
 
 
 def _joined(parts):
-    """One `Hits` of several."""
     return box_run.Hits(*map(np.concatenate, zip(*parts, strict=True)))
 
 
@@ -88,7 +87,6 @@ def _runs(work, count):
 
 
 def main(work, count=COUNT):
-    """Make the runs and compare them."""
     table = sampler.load("corundum-steel")
     drawn, direct = drawn_states(table, REFERENCE), direct_states(REFERENCE)
     good = True

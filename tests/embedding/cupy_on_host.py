@@ -96,7 +96,6 @@ class Device(nullcontext):
 
 
 def as_argument(value):
-    """Argument of a kernel, as CuPy passes it."""
     if value is None:
         return ctypes.c_void_p(None)
     if isinstance(value, ndarray):

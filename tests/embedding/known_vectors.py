@@ -30,7 +30,6 @@ class Case(NamedTuple):
 
 
 def read_cases(name):
-    """Read the cases of a table."""
     for line in (VECTORS / f"{name}.txt").read_text(encoding="ascii").splitlines():
         kind, *words = line.split()
         n = GIVEN[kind]

@@ -91,7 +91,6 @@ def rebound(library, table, arrays, law, rows=slice(None), isotropic=0):
 
 
 def check_rows(call, library, table, arrays, law, n, **how):
-    """Check that rows have the results that each has by itself."""
     code, codes, found = call(library, table, arrays, law, **how)
     alone = [call(library, table, arrays, law, slice(k, k + 1), **how) for k in range(n)]
     np.testing.assert_array_equal(codes, [one[0] for one in alone])

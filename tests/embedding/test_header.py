@@ -14,7 +14,6 @@ IMPLEMENTATION = toolchain.IMPLEMENTATION
 
 
 def build_main(folder, body, before="", flags=()):
-    """Build a program with the header and a main function of these statements."""
     source = folder / "main.c"
     main = f"int main(int argc, char **argv)\n{{\n(void)argc; (void)argv;\n{body}}}\n"
     source.write_text(f"{before}{IMPLEMENTATION}#include <stdio.h>\n{main}")

@@ -28,7 +28,6 @@ MANY = 2**32 - 1
 
 
 def field(name, value):
-    """Change a header field."""
 
     def change(data):
         header_of(data)[name] = value

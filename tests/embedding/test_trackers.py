@@ -59,7 +59,6 @@ def folder(tmp_path, shipped_file, monkeypatch):
 
 
 def run_shell(text, folder):
-    """Run the commands of a block; return what they print."""
     path = os.pathsep.join([str(folder / "commands"), os.environ["PATH"]])
     roots = os.pathsep.join(filter(None, [str(PACKAGE.parent), os.environ.get("PYTHONPATH")]))
     words = "bash", "-euo", "pipefail", "-c", text

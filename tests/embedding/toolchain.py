@@ -60,7 +60,6 @@ def require(compiler):
 
 
 def compile_with(compiler, arguments, output):
-    """Run a compiler; its messages are the failure."""
     words = [require(compiler), *_FLAGS[compiler], f"-I{INCLUDE}", *map(str, arguments)]
     command = [*words, "-o", str(output)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
@@ -68,7 +67,6 @@ def compile_with(compiler, arguments, output):
 
 
 def build(compiler, sources, program, flags=()):
-    """Build a program and return its path."""
     language = ["-x", "c++"] if compiler in ("g++", "clang++") else []
     compile_with(compiler, [*language, *flags, *sources, "-lm"], program)
     return Path(program)
@@ -88,7 +86,6 @@ def build_fortran(sources, folder, flags=()):
 
 
 def run(program, *arguments, status=0, **environment):
-    """Run a program and return what it prints."""
     words = [str(program), *map(str, arguments)]
     environment = os.environ | environment
     done = subprocess.run(words, capture_output=True, text=True, timeout=300, env=environment)

@@ -132,7 +132,6 @@ def test_command_prints_and_draws(tmp_path, capsys, monkeypatch):
 
 
 def write_impacts(case, rows):
-    """Write impacts as OpenFOAM's patchPostProcessing does."""
     for (time, wall), impacts in rows.items():
         folder = case / "postProcessing/lagrangian/kinematicCloud/impacts" / time
         folder.mkdir(parents=True, exist_ok=True)

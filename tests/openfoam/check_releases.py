@@ -66,7 +66,6 @@ def unpack(repository, revision, folder):
 
 
 def release_name(tree, otherwise):
-    """Name of the release that a tree says it is; `otherwise` for one that gives itself none."""
     information = tree / "META-INFO" / "api-info"
     if information.exists():
         return f"OpenFOAM.com v{information.read_text().split('api=')[1].split()[0]}"
@@ -141,7 +140,6 @@ def check(source, folder):
 
 
 def main(sources):
-    """Check releases and print a table."""
     failed = 0
     print("| release | headers | result |\n|---|---|---|")
     for source in sources:

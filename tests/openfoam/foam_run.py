@@ -14,13 +14,11 @@ class FoamError(RuntimeError):
 
 
 def script(name, *arguments):
-    """Run a script of sampler/openfoam."""
     command = ["bash", str(PLUGIN / name), *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def copy_case(name, folder, work):
-    """Make a fresh copy of a case, with the table, and return its path."""
     case = Path(folder)
     shutil.rmtree(case, ignore_errors=True)
     shutil.copytree(PLUGIN / "cases" / name, case)

@@ -86,19 +86,16 @@ class Turn(NamedTuple):
 
 @kernel
 def dot(a, b):
-    """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @kernel
 def norm(a):
-    """Length."""
     return math.sqrt(dot(a, a))
 
 
 @kernel
 def cross(a, b):
-    """Vector product."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
@@ -301,7 +298,6 @@ def turning_rate(moments, turn):
 
 @kernel
 def advanced(turn, dt, rate):
-    """Turn + dt rate."""
     return Turn(
         along(turn.spin, dt, rate.spin),
         along(turn.x, dt, rate.x),

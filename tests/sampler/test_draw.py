@@ -42,7 +42,6 @@ def script(library):
 
 
 def _check(contents, draw, alpha1, speed, words):
-    """A draw is that of the specification."""
     code, state = draw(alpha1, speed, words)
     assert code == errors.OK
     expected = reference_draw(contents, alpha1, speed, words)

@@ -70,7 +70,6 @@ def _node_draws(table, i, j, seed=1):
 
 
 def _without_reflection(table):
-    """The same table, never reflected."""
     datasets = dict(table.contents.datasets)
     datasets["dependence/reflection"] = np.zeros_like(datasets["dependence/reflection"])
     return sampler.Table(make_contents(datasets))

@@ -13,7 +13,6 @@ CONDITIONS = [(0.4, 60.0), (0.7, 100.0), (1.2, 290.0)]
 
 @pytest.fixture(scope="module")
 def draws(contents):
-    """300,000 states at each of the conditions."""
     table, n = sampler.Table(contents), 300_000
     return [table.sample(*at, seed=5, index=np.arange(n), hit=1) for at in CONDITIONS]
 

@@ -27,7 +27,6 @@ def quick_classifier(monkeypatch):
 
 @pytest.fixture(scope="session")
 def tiny(tmp_path_factory):
-    """The tiny table, made once."""
     path = tmp_path_factory.mktemp("tables") / "tiny.h5"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(_TREES, 20)

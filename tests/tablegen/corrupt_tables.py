@@ -66,7 +66,6 @@ def forged(contents):
 
 
 def _at(contents, node, changes):
-    """The table with other values at one node."""
     arrays = {name: contents[name].copy() for name in changes}
     for name, values in changes.items():
         arrays[name][node] = values
@@ -80,5 +79,4 @@ def garbage(contents, nodes):
 
 
 def unreflected(contents):
-    """No component of the mixture is ever reflected."""
     return _with(contents, {REFLECTION: 0 * contents[REFLECTION]})

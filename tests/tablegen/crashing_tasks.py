@@ -16,5 +16,4 @@ def die_once(number, marker):
 
 
 def die():
-    """Kill the process that does this."""
     os.kill(os.getpid(), signal.SIGKILL)

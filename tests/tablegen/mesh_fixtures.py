@@ -33,7 +33,6 @@ KNOWN = {"prism": box, "tetrahedron": tetrahedron}
 
 
 def known_body(shape, b, c):
-    """Body of a shape with half-sizes (1, b, c)."""
     storage = np.empty((MAX_VERTICES, 3)), np.zeros(1, dtype=np.int64), NO_MAP
     return shaped_body(SHAPE_CODES[shape], b, c, 0.5, *storage)
 
@@ -72,7 +71,6 @@ def cylinder(sides, height):
 
 
 def posed(points, seed=2, scale=1.0, shift=(0.0, 0.0, 0.0)):
-    """Points turned, scaled and moved."""
     turn = Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
     return scale * points @ turn.T + shift
 
@@ -88,13 +86,11 @@ def surface(points):
 
 
 def directions(rng, count):
-    """Random unit vectors, uniform on the sphere."""
     found = rng.normal(size=(count, 3))
     return found / np.linalg.norm(found, axis=1, keepdims=True)
 
 
 def population_of(*solids, weights=None, shapes=None):
-    """Population of meshes, and of shapes if there are any."""
     weights = weights or [1.0] * len(solids)
     meshes = [
         {"vertices": points.tolist(), "weight": weight}

@@ -32,7 +32,6 @@ class Page(HTMLParser):
             self.texts.append(data.strip())
 
     def values(self, name):
-        """Values of an attribute."""
         return [attributes[name] for _, attributes in self.tags if name in attributes]
 
 

@@ -25,12 +25,10 @@ class DirectTable:
 
 
 def turned(spin):
-    """Turn the sign of spin_z."""
     return spin * [1.0, 1.0, -1.0]
 
 
 def exchanged(spin):
-    """Exchange spin_x and spin_y."""
     return spin[..., [1, 0, 2]]
 
 

@@ -25,7 +25,6 @@ def small_pair(value=0.5, friction=0.4, **changes):
 
 
 def some_rows(data, rows):
-    """Some rows of measurements, any of them several times."""
     at = np.asarray(rows)
     arrays = {field: getattr(data, field)[at] for field in ("alpha_deg", "speed", "count")}
     texts = {field: tuple(getattr(data, field)[k] for k in at) for field in ("source", "remarks")}

@@ -42,13 +42,11 @@ COUNT, SEED = 20, 7
 
 
 def simulated(name, alpha_deg, speed, spin):
-    """Rebounds of the shipped pair's population, by the laws of a file."""
     config = load_config("corundum-steel").with_changes(PAIRS[name])
     return simulate(config, np.radians(alpha_deg), speed, COUNT, seed=SEED, spin=spin)
 
 
 def lines(name):
-    """Lines of a file."""
     for alpha_deg, speed, spin in CONDITIONS:
         made = simulated(name, alpha_deg, speed, spin)
         given = " ".join(float(x).hex() for x in (alpha_deg, speed, *spin))

@@ -158,7 +158,6 @@ def flat(condition):
 
 
 def lines(table, kind, conditions):
-    """Write the lines of a kind: each condition with each of the keys."""
     for condition, keys in itertools.product(conditions, KEYS):
         given = flat(condition)
         code, values = answer(table, kind, given, keys)
@@ -169,7 +168,6 @@ def lines(table, kind, conditions):
 
 
 def cases(table):
-    """Write all lines of a table."""
     kinds = {
         "draw": draw_conditions(table),
         "rebound": rebound_conditions(table),
@@ -191,7 +189,6 @@ def cases(table):
 
 
 def main():
-    """Write all files."""
     tables = {name: make() for name, make in SMALL_TABLES.items()}
     tables["spin"] = with_spin_law(plane(), codes=(0, 4), depth=0)
     tables["spin-works"] = with_spin_law(works(), codes=(0,), depth=0)

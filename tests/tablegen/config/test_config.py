@@ -26,12 +26,10 @@ SCENE = 'name = "slow"\npair = "corundum-steel"\n'
 
 
 def changed(changes):
-    """The shipped pair's text with some fields changed."""
     return tomli_w.dumps(merged(tomllib.loads(PAIR_TEXT), changes))
 
 
 def refused(text, directory=None):
-    """The one line with which a text is refused."""
     with pytest.raises(InputError) as caught:
         parse_config(text, "my.toml", directory)
     line = str(caught.value)

@@ -74,7 +74,6 @@ def cases(text):
 
 
 def refused(changes):
-    """The one line with which a changed shipped pair is refused."""
     with pytest.raises(InputError) as caught:
         load_config("corundum-steel").with_changes(changes)
     line = str(caught.value)

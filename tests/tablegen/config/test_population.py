@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from mesh_fixtures import box, grain, population_of, rebounds
+from refusals import refused
 from scipy.special import ndtri
 from scipy.stats import truncnorm
 
@@ -74,17 +75,13 @@ class TestParts:
         spheres = POPULATION.restricted_to("sphere")
         assert spheres.aspect == FixedAspect(distribution="fixed", values=(1.0, 1.0))
         assert spheres.with_aspect(1.0, 1.0) == spheres
-        with pytest.raises(InputError, match=r"^aspect: got \[0.5, 1\], allowed for spheres: \[1,"):
-            spheres.with_aspect(0.5, 1.0)
-        with pytest.raises(InputError, match=r"^shape: got 'mixture', allowed: sphere"):
-            spheres.restricted_to("mixture")
+        refused("aspect", spheres.with_aspect, 0.5, 1.0)
+        refused("shape", spheres.restricted_to, "mixture")
 
     def test_unknown_shapes_and_bad_ratios(self):
-        with pytest.raises(InputError, match=r"^shape: got 'mesh', allowed: ellipsoid, .*mixtu"):
-            POPULATION.restricted_to("mesh")
+        refused("shape", POPULATION.restricted_to, "mesh")
         for ratios in ((0.0, 0.5), (0.5, 1.01), (0.5, math.nan)):
-            with pytest.raises(InputError, match=r"^aspect: got \[.*\], allowed: two ratios b/a"):
-                POPULATION.with_aspect(*ratios)
+            refused("aspect", POPULATION.with_aspect, *ratios)
 
     def test_strata_have_one_form_each_and_its_share(self):
         shapes = {"tetrahedron": 3.0, "sphere": 1.0, "prism": 0.0}

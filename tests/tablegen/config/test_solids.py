@@ -69,7 +69,6 @@ def test_integrals_of_a_fine_ellipsoid():
 
 
 def axes_of(points):
-    """Principal axes, and the extents along them."""
     hull = ConvexHull(points)
     axes = principal_axes(hull, mass_of(hull))
     return axes, np.ptp(points @ axes.T, axis=0)

@@ -22,7 +22,6 @@ TINY = Budget(
 
 @pytest.fixture(scope="session")
 def report(tiny):
-    """Measurements of a report of the tiny table."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reports, "QUICK", TINY)
         patch.setattr("tablegen.accuracy.metrics.TREES", 20)

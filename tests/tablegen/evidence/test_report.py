@@ -22,7 +22,6 @@ CONFIG = load_config("corundum-steel")
 
 @pytest.fixture(scope="module")
 def page(report):
-    """Page of the tiny report."""
     return report_page(report)
 
 

@@ -68,7 +68,6 @@ def log_density(mixture, z):
 
 
 def sample_mixture(mixture, count, rng):
-    """Draw ``count`` points from a mixture."""
     component = rng.choice(len(mixture.weight), size=count, p=mixture.weight)
     factor = np.linalg.cholesky(mixture.covariance)
     z = mixture.mean[component]

@@ -43,7 +43,6 @@ class FreeFlight:
 
 
 def random_spin(rng, rate):
-    """Spin of a given size in a random direction."""
     spin = rng.normal(size=3)
     return rate * spin / np.linalg.norm(spin)
 

@@ -33,7 +33,6 @@ RARE = {
 
 
 def matrix_of(entries):
-    """Symmetric matrix of A_xx, A_xy, A_xz, A_yy, A_yz, A_zz."""
     matrix = np.zeros((3, 3))
     matrix[np.triu_indices(3)] = entries
     return matrix + np.triu(matrix, 1).T
@@ -50,7 +49,6 @@ def collision(matrix, velocity, friction, e, resolution=NO_FLOOR, static=None):
 
 
 def energy_gained(matrix, velocity, made):
-    """Change of the kinetic energy by an impulse."""
     return made @ np.asarray(velocity) + 0.5 * made @ matrix @ made
 
 
@@ -131,7 +129,6 @@ def test_without_friction_only_the_normal_velocity_changes():
 
 
 def pair_of(e, static, dynamic):
-    """A pair with constant restitution and Coulomb friction."""
     resistance = {"law": "coulomb", "static": static, "dynamic": dynamic}
     laws = {
         "restitution": samples.SOURCE | {"law": "constant", "value": e},

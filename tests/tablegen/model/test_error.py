@@ -28,7 +28,6 @@ def run(shape, alpha_deg, resolution=CONTACT_RESOLUTION, tolerance=TOLERANCE):
 
 
 def mean_change(one, other):
-    """Largest change of the mean of a state component."""
     return np.abs(one.state.mean(axis=0) - other.state.mean(axis=0)).max()
 
 

@@ -71,7 +71,6 @@ def test_every_collision_and_flight_keeps_its_laws(name, alpha_deg, speed, spin)
 
 @pytest.fixture
 def collision():
-    """One collision of a prism: body, contact point, motion before and after."""
     body = body_of("prism", 0.8, 0.6)
     rotation = random_rotations(np.random.default_rng(42), 1)[0]
     before = motion_of(rotation, [0.3, 0.5, -0.2], [0.8, -0.6, 0.0])
@@ -84,7 +83,6 @@ def collision():
 
 
 def audited(collision, law=LAW, after=None, speed=200.0):
-    """Audit of a collision by a law, perhaps with another outcome."""
     body, point, before, truth = collision
     audit = np.zeros(AUDIT_SIZE)
     outcome = truth if after is None else after

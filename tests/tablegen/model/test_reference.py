@@ -98,7 +98,6 @@ def test_agrees_with_the_reference(omega, name):
 
 @pytest.fixture(scope="module", params=POINTS)
 def studied(request):
-    """A reference point and the model's particles there."""
     point = POINTS[request.param]
     return point, simulate_point(point, STUDY_COUNT, seed=82)
 

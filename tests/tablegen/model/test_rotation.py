@@ -99,7 +99,6 @@ def least_p_value(rotations):
 
 
 def drawn_rotations(numbers):
-    """Orientations that `set_orientation` makes of (count, 3) uniform numbers."""
     rotations = np.empty((len(numbers), 3, 3))
     motion = motion_of(np.eye(3))
     for i, (u1, u2, u3) in enumerate(numbers.tolist()):

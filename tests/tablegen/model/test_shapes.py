@@ -88,7 +88,6 @@ def test_polyhedra_are_convex_and_fill_their_box(name, vertices, faces, b, c):
 
 
 def directions(count, seed):
-    """Random unit vectors and the coordinate directions."""
     n = np.random.default_rng(seed).normal(size=(count, 3))
     n = np.vstack([n, np.eye(3), -np.eye(3)])
     return n / np.linalg.norm(n, axis=1, keepdims=True)

@@ -49,7 +49,6 @@ def worst_miss(support_map, vertices, at, along):
 
 
 def turned(rng, unit, angle):
-    """Unit vectors turned by an angle towards random sides."""
     side = np.cross(unit, directions(rng, len(unit)))
     side /= np.linalg.norm(side, axis=1, keepdims=True)
     return math.cos(angle) * unit + math.sin(angle) * side
@@ -94,7 +93,6 @@ def test_depth_is_that_of_the_lowest_of_all_vertices(name):
 
 
 def without_map(particle):
-    """Body of a mesh, looked at vertex by vertex."""
     return with_vertices(particle.body(), particle.vertices)
 
 

@@ -60,7 +60,6 @@ def test_audit_of_slices_is_the_largest_of_all(monkeypatch):
 
 
 def correlation_of_runs(one, other):
-    """Correlation of v of the same particle in two runs."""
     return np.corrcoef(one.state[:, 1], other.state[:, 1])[0, 1]
 
 
