@@ -32,10 +32,7 @@ from tablegen.progress import bar
 
 Arrays = dict[str, NDArray[Any]]
 
-#: Stages of a task, in the order of the array `SECONDS` of its result.
-STAGES = ("simulation", "fit", "check")
-
-#: Name of the array with the seconds of each stage in the result of a task.
+#: Name of the processor time in the result of a task, which works in one thread [s].
 SECONDS = "seconds"
 
 _STAMP = "stamp.sha256"
@@ -132,7 +129,7 @@ class CheckpointStore:
     def seconds(self) -> float:
         """Sum up the processor seconds of all checkpoints."""
         pieces = (_arrays(path) for path in self._pieces())
-        return sum(float(np.sum(piece[SECONDS])) for piece in pieces if piece)
+        return sum(float(piece[SECONDS]) for piece in pieces if piece)
 
     def save(self, key: str, arrays: Mapping[str, Any]) -> None:
         """Write a checkpoint; raises `InputError` if that fails."""
@@ -159,7 +156,7 @@ def _arrays(path: Path) -> Arrays | None:
 
 
 class Task(NamedTuple):
-    """A part of a run: ``function(*arguments)`` returns named arrays, `SECONDS` among them."""
+    """A part of a run: ``function(*arguments)`` returns named arrays."""
 
     function: Callable[..., Arrays]
     arguments: tuple[Any, ...]
@@ -171,18 +168,19 @@ def stable_number(key: str, bits: int) -> int:
 
 
 def run_task(task: Task, wanted_software: str) -> Arrays:
-    """Run a task on a worker; refuse a worker with other software."""
+    """Run a task on a worker, and add its time; refuse a worker with other software."""
     if (ours := software()) != wanted_software:
         raise InputError(f"workers: got one with {ours}, allowed: {wanted_software}")
-    return task.function(*task.arguments)
+    begin = time.thread_time()
+    return {**task.function(*task.arguments), SECONDS: np.array(time.thread_time() - begin)}
 
 
 class TaskRunner:
     """Runs tasks, and collects their results and times.
 
     Results are kept and found in ``store``, if there is one; the executor has by default one thread
-    per processor. ``seconds`` are the processor seconds of all tasks so far, by stage; ``note`` is
-    a text after the progress bar.
+    per processor. ``seconds`` are the processor seconds of all tasks so far; ``note`` is a text
+    after the progress bar.
     """
 
     def __init__(
@@ -192,7 +190,7 @@ class TaskRunner:
         progress: bool = False,
     ) -> None:
         self._store, self._executor, self._progress = store, executor, progress
-        self.seconds = dict.fromkeys(STAGES, 0.0)
+        self.seconds = 0.0
         self.note = ""
 
     def run(
@@ -228,9 +226,7 @@ class TaskRunner:
                 on_result(key, arrays)
                 counted.set_postfix_str(self.note, refresh=False)
                 counted.update()
-        for arrays in done.values():
-            for stage, spent in zip(STAGES, arrays[SECONDS], strict=True):
-                self.seconds[stage] += float(spent)
+        self.seconds += sum(float(arrays[SECONDS]) for arrays in done.values())
         return {key: done[key] for key in tasks}
 
     def _finished(self, tasks: Mapping[str, Task]) -> Generator[tuple[str, Arrays], None, None]:
@@ -249,22 +245,3 @@ class TaskRunner:
                     future.cancel()
                 if executor is not self._executor:
                     executor.shutdown(wait=False)
-
-
-class Stopwatch:
-    """Processor time of a task, which works in one thread, by stage [s]."""
-
-    def __init__(self) -> None:
-        self._seconds = dict.fromkeys(STAGES, 0.0)
-        self._last = time.thread_time()
-
-    def stage(self, name: str) -> None:
-        """Add the time since the last call to a stage."""
-        now = time.thread_time()
-        self._seconds[name] += now - self._last
-        self._last = now
-
-    @property
-    def seconds(self) -> NDArray[np.float64]:
-        """Seconds of every stage, in the order of `STAGES`."""
-        return np.array([self._seconds[name] for name in STAGES])

@@ -99,6 +99,13 @@ def record_stride(channels: int) -> int:
     return 1 << (needed - 1).bit_length()
 
 
+# -- laws of contact -----------------------------------------------------------------------------
+
+#: Codes of laws of restitution, and of resistance.
+EXPONENTIAL, POLYNOMIAL, CONSTANT, POWER, TABULATED = range(5)
+ORIENTATION, CONSTANT_RESISTANCE, TABULATED_RESISTANCE, COULOMB = range(4)
+
+
 # -- the spin law --------------------------------------------------------------------------------
 #
 # Outcomes are (p_u, p_v, p_w, omega_x, omega_y, omega_z). With f^2 = 1 + j1 |spin|^2, the most

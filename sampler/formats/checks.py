@@ -16,6 +16,8 @@ from sampler.formats.bounds import (
     MOST_NUMBER,
     NUMBER_ROUNDING,
     ROUNDING,
+    TABULATED,
+    TABULATED_RESISTANCE,
 )
 
 Array = NDArray[Any]
@@ -254,11 +256,10 @@ spin_leaves_the_wall = Check(
 
 #: Numbers before those of a polynomial or of tables.
 _LAW_NUMBERS = 8
-_TABULATED, _TABULATED_RESISTANCE = 4, 2
 
 
 def _is_table(numbers: Array, most_speeds: float) -> bool:
-    """Whether numbers are a table over increasing angles and at most so many speeds."""
+    """Whether numbers are a table over increasing angles and speeds."""
     n, m = numbers[:2] if len(numbers) > 1 else (0.0, 0.0)
     if not (n >= 1.0 and 1.0 <= m <= most_speeds and len(numbers) == 2.0 + n + m + n * m):
         return False
@@ -280,8 +281,8 @@ def _contact_laws(values: Array, _: Mapping[str, Array]) -> str | None:
     if not (0.0 <= length <= left and length % 1.0 == 0.0):
         return f"got {length:.9g} at [7], allowed: 0 to {left}, of {len(values)} numbers"
     first, second = np.split(values[_LAW_NUMBERS:], [int(length)])
-    needed = resistance == _TABULATED_RESISTANCE or second.size > 0
-    if (restitution == _TABULATED and not _is_table(first, np.inf)) or (
+    needed = resistance == TABULATED_RESISTANCE or second.size > 0
+    if (restitution == TABULATED and not _is_table(first, np.inf)) or (
         needed and not _is_table(second, 1.0)
     ):
         return "got numbers that are no table, allowed: numbers of angles and speeds, these, values"

@@ -85,6 +85,13 @@ def _extent(field: Field) -> str:
     return f"[{count}]" if count > 1 else ""
 
 
+#: Codes of laws of contact.
+_LAWS = (
+    *("EXPONENTIAL", "POLYNOMIAL", "CONSTANT", "POWER", "TABULATED"),
+    *("ORIENTATION", "CONSTANT_RESISTANCE", "TABULATED_RESISTANCE", "COULOMB"),
+)
+
+
 def spin_constants() -> str:
     """Write the numbers of the spin law, as macros."""
     lines = [
@@ -112,6 +119,7 @@ def spin_constants() -> str:
             f"#define RBTI_{name} (1.0f / {getattr(bounds, name)}.0f)"
             for name in ("GATE_UNIT", "MEAN_UNIT", "FACTOR_UNIT")
         ),
+        *(f"#define RBTI_{name} {getattr(bounds, name)}" for name in _LAWS),
     ]
     return "\n".join(lines) + "\n"
 

@@ -83,7 +83,7 @@ _SHARE = (checks.within(0.0, 1.0),)
 
 
 def _distances(group: str, conditions: str, columns: str) -> tuple[Dataset, ...]:
-    """Describe the distances to direct simulation of a group, at so many conditions."""
+    """Describe the distances to direct simulation of a group, by condition."""
     return (
         Dataset(f"{group}/ks", "<f8", (conditions, columns), "1",
             "Kolmogorov-Smirnov distance to direct simulation of each component", _SHARE),

@@ -15,11 +15,11 @@ from sampler.table import Table
 from tablegen.accuracy.chains import LaterHit, chains_of, drawn_from
 from tablegen.accuracy.comparison import Comparison, compare
 from tablegen.accuracy.conditions import Place
-from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import Config
 from tablegen.config.metric_table import CHAINS, METRICS
 from tablegen.config.targets import AccuracyTargets
 from tablegen.progress import bar, thread_pool
+from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 
 #: Least number of states a side, and this over the square of the declared Kolmogorov-Smirnov

@@ -129,7 +129,7 @@ def generate(
         )
     spent = time.process_time()  # of this program, from its start
     if executor != executors.THREADS:
-        spent = max(spent, sum(made.seconds.values()))
+        spent = max(spent, made.seconds)
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB, {spent_text(spent, *quoted)}")
     return _summarise(made)
 

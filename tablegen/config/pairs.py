@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field, field_validator, model_validator
 
 from sampler.errors import refuse
+from sampler.formats import bounds
 from tablegen.config.complaints import refusal, shown
 from tablegen.config.field_types import Increasing, Line, Name, Positive, Record, SpeedRange, Text
 from tablegen.model import contact_laws as kernels
@@ -285,35 +286,35 @@ def kernel_entries(law: RestitutionLaw | ResistanceLaw) -> dict[str, Any]:
     match law:
         case ExponentialRestitution():
             entries = {"coefficient": law.coefficient, "exponent": law.exponent}
-            return {"restitution_law": kernels.EXPONENTIAL, **entries}
+            return {"restitution_law": bounds.EXPONENTIAL, **entries}
         case PolynomialRestitution():
-            return {"restitution_law": kernels.POLYNOMIAL, "numbers": np.array(law.coefficients)}
+            return {"restitution_law": bounds.POLYNOMIAL, "numbers": np.array(law.coefficients)}
         case ConstantRestitution():
-            return {"restitution_law": kernels.CONSTANT, "coefficient": law.value}
+            return {"restitution_law": bounds.CONSTANT, "coefficient": law.value}
         case PowerRestitution():
             coefficient = law.coefficient * law.reference_speed**law.exponent
             entries = {"coefficient": coefficient, "exponent": law.exponent}
-            return {"restitution_law": kernels.POWER, **entries}
+            return {"restitution_law": bounds.POWER, **entries}
         case TabulatedRestitution():
             axes = np.radians(law.angle_deg), np.array(law.speed)
             numbers = kernels.pack_table(*axes, np.array(law.value))
-            return {"restitution_law": kernels.TABULATED, "numbers": numbers}
+            return {"restitution_law": bounds.TABULATED, "numbers": numbers}
         case OrientationResistance():
             entries = {"strength": law.strength, "factor": law.factor}
-            return {"resistance_law": kernels.ORIENTATION, **entries}
+            return {"resistance_law": bounds.ORIENTATION, **entries}
         case ConstantResistance():
-            return {"resistance_law": kernels.CONSTANT_RESISTANCE, "factor": law.value}
+            return {"resistance_law": bounds.CONSTANT_RESISTANCE, "factor": law.value}
         case CoulombResistance():
             entries = {"strength": law.static, "factor": law.dynamic}
             numbers = np.zeros(0)
             if law.tangential_restitution is not None:
                 axes = np.radians(law.angle_deg or (90.0,)), np.ones(1)
                 numbers = kernels.pack_table(*axes, np.array(law.tangential_restitution)[:, None])
-            return {"resistance_law": kernels.COULOMB, "resistances": numbers, **entries}
+            return {"resistance_law": bounds.COULOMB, "resistances": numbers, **entries}
         case TabulatedResistance():
             axes = np.radians(law.angle_deg), np.ones(1)
             numbers = kernels.pack_table(*axes, np.array(law.value)[:, None])
-            return {"resistance_law": kernels.TABULATED_RESISTANCE, "resistances": numbers}
+            return {"resistance_law": bounds.TABULATED_RESISTANCE, "resistances": numbers}
 
 
 class MaterialPair(Record):

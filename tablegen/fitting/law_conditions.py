@@ -60,7 +60,7 @@ _STEEP, _FAST = 0.33, 0.05
 _FASTEST_SPIN, _SLOWEST = 100.0, 1e-3
 
 #: Share of the grains with ratios spread evenly, for other populations, and over how many standard
-#: deviations to either side of the mean: where all grains are alike, so are those of the fit.
+#: deviations to either side of the mean: a fixed ratio stays fixed.
 _EVEN, _DEVIATIONS = 0.5, 4.0
 
 

@@ -76,7 +76,9 @@ class LeafArrays(NamedTuple):
     quantiles: NDArray[np.float32]
 
 
-def _numbers(rebounds: Rebounds, speed: SpeedCoordinate) -> tuple[FloatArray, FloatArray]:
+def _inputs_and_outcomes(
+    rebounds: Rebounds, speed: SpeedCoordinate
+) -> tuple[FloatArray, FloatArray]:
     """Compute inputs (n, 7) and outcomes (n, 6 or 8) of rebounds."""
     q, signs = folded(coordinates(rebounds.conditions, speed), rebounds.turned)
     found = outcomes(rebounds.states, rebounds.energy)
@@ -98,7 +100,7 @@ def fit_leaf(
     Experts are fitted to rebounds in the leaf and around it, in random order. Quantiles follow from
     the outcomes of other rebounds inside it.
     """
-    inputs, found = _numbers(around, speed)
+    inputs, found = _inputs_and_outcomes(around, speed)
     centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
     varies = spread > _SAME
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
@@ -109,7 +111,7 @@ def fit_leaf(
         features(t)[:, used], t[:, varies], scores, sizes.groups, sizes.experts, rng
     )
     stored = _stored(experts, used)
-    inputs, wanted = _numbers(inside, speed)
+    inputs, wanted = _inputs_and_outcomes(inside, speed)
     drawn = bounded_scores(stored, features((inputs - centre) * scale), rng)
     quantiles = _quantiles(drawn, wanted, sizes.knots)
     if inside.spheres is None:

@@ -14,8 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from sampler.formats.bounds import MIXTURE_SCALE
 from sampler.formats.channels import MIRRORED, channels_for
-from tablegen.accuracy.scene_variables import simulated_channels
-from tablegen.checkpoints import Stopwatch, stable_number
+from tablegen.checkpoints import stable_number
 from tablegen.config.config import Config
 from tablegen.fitting.components import CLASSES, alias_table, allocate_components, class_of
 from tablegen.fitting.marginals import (
@@ -27,6 +26,7 @@ from tablegen.fitting.marginals import (
 from tablegen.fitting.mixture import Mixture, fit_mixture
 from tablegen.fitting.resolution import Resolution, resolution
 from tablegen.model.float_array import FloatArray
+from tablegen.simulation.scene_variables import simulated_channels
 from tablegen.simulation.simulate import simulate
 
 #: Means and factors are rounded to 1/128, this number of steps of the file. That saves a quarter
@@ -132,23 +132,20 @@ def fit_node(
     alpha_deg: float,
     speed: float,
     size: Resolution | None = None,
-    watch: Stopwatch | None = None,
 ) -> NodeArrays:
     """Simulate and fit the node at an impact angle [degrees] and a speed [m/s].
 
-    The size is by default that of `resolution`. The watch counts the time of simulation and fit.
+    The size is by default that of `resolution`.
     """
     seed, stream = config.table.seed, node_stream(alpha_deg, speed)
-    size, watch = size or resolution(config), watch or Stopwatch()
+    size = size or resolution(config)
     alpha1 = np.radians(min(alpha_deg, _STEEPEST))
     simulation = simulate(config, alpha1, speed, size.samples, seed=seed, stream=stream, threads=1)
-    watch.stage("simulation")
     rng, fitted = np.random.Generator(np.random.Philox(key=[seed, stream])), fitted_channels(config)
     channels = simulated_channels(simulation, fitted.names, rng)
     # one BLAS thread: nodes are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
         node = _fit_classes(channels, class_of(simulation.collisions), size, fitted, rng)
-    watch.stage("fit")
     return node
 
 
@@ -203,7 +200,7 @@ def to_steps(values: ArrayLike, coarse: int = 1) -> NDArray[np.int16]:
     values : array_like of float
         Within [-8, 8).
     coarse : int
-        Round to multiples of so many steps: the file gets smaller, because zeros compress.
+        Steps to whose multiples values are rounded: zeros compress.
 
     Returns
     -------

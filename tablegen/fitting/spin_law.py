@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from sampler.formats.bounds import FOLD, SPEED_COORDINATE
 from sampler.formats.channels import has_works
-from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner, stable_number
+from tablegen.checkpoints import Arrays, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
 from tablegen.config.pairs import ExponentialRestitution
 from tablegen.fitting.law_conditions import (
@@ -179,7 +179,7 @@ def _stream(key: str, number: int = 0) -> int:
 
 def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str) -> Arrays:
     """Draw the conditions of the leaves of a shape, and grow their tree: `ShapeConditions`."""
-    watch, domain, population = Stopwatch(), Range.of(config), config.population
+    domain, population = Range.of(config), config.population
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
     spinning = spinning_impacts(
         DirectModel(config),
@@ -192,15 +192,13 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
     )
     count = math.ceil(_STILL * sizes.rebounds) * sizes.still_leaves
     still = still_impacts(domain, grains_of(population, shape_code, count, rng), rng)
-    watch.stage("simulation")
     first, parts = _grown(config, still, sizes.still_leaves, sizes.rebounds)
     second, others = _grown(config, spinning, sizes.leaves, sizes.rebounds)
     tree, parts = joined(first, len(parts), second), [*parts, *others]
     columns = (np.concatenate(column) for column in zip(*parts, strict=True))
     starts = np.cumsum([0, *(len(part.inside) for part in parts)])
     whole = ShapeConditions._make([*columns, starts, *tree])
-    watch.stage("fit")
-    return {**whole._asdict(), SECONDS: watch.seconds}
+    return whole._asdict()
 
 
 def _grown(
@@ -236,7 +234,7 @@ def leaf_task(
     config: Config, shape_code: int, place: LeafConditions, sizes: SpinSizes, key: str
 ) -> Arrays:
     """Simulate rebounds at the conditions of a leaf, and fit it: `LeafArrays`."""
-    watch, model = Stopwatch(), DirectModel(config)
+    model = DirectModel(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
     largest, smallest = inertia_coefficients(config.population, shape_code)
 
@@ -258,12 +256,10 @@ def leaf_task(
 
     around = rebounds(np.arange(len(place.conditions)), 0)
     within = rebounds(np.flatnonzero(place.inside), 1)
-    watch.stage("simulation")
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
         leaf = fit_leaf(around, within, speed_coordinate(config), sizes, rng)
-    watch.stage("fit")
-    return {**leaf._asdict(), SECONDS: watch.seconds}
+    return leaf._asdict()
 
 
 def _keys(count: int) -> tuple[NDArray[np.uint64], NDArray[np.uint32]]:

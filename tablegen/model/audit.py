@@ -8,7 +8,8 @@ along its defining equations: `tablegen.model.coulomb` uses series in another va
 
 import math
 
-from tablegen.model.contact_laws import COULOMB, resistance, restitution
+from sampler.formats.bounds import COULOMB
+from tablegen.model.contact_laws import resistance, restitution
 from tablegen.model.frames import combine, cross, dot
 from tablegen.model.jit import inline_kernel, kernel
 

@@ -13,15 +13,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.formats.bounds import (
+    EXPONENTIAL,
+    ORIENTATION,
+    POLYNOMIAL,
+    POWER,
+    TABULATED,
+    TABULATED_RESISTANCE,
+)
 from tablegen.model.elementary import exponential, power
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.simd import extract, insert, select, width
-
-#: Laws of restitution.
-EXPONENTIAL, POLYNOMIAL, CONSTANT, POWER, TABULATED = range(5)
-
-#: Laws of resistance.
-ORIENTATION, CONSTANT_RESISTANCE, TABULATED_RESISTANCE, COULOMB = range(4)
 
 
 class LawArguments(NamedTuple):

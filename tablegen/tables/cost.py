@@ -31,9 +31,9 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int = 0, done: float = 0.
     The cache keeps the node for the table. ``conditions`` is the number of those at which the
     finished table is measured, ``done`` the processor time of the pieces that there are.
     """
-    size, begin, (alphas, speeds) = plan.sizes[0], sum(cache.runner.seconds.values()), plan.grid
+    size, begin, (alphas, speeds) = plan.sizes[0], cache.runner.seconds, plan.grid
     cache.fit(size, [(alphas[len(alphas) // 2], speeds[len(speeds) // 2])])
-    node = sum(cache.runner.seconds.values()) - begin
+    node = cache.runner.seconds - begin
     leaves = sum((of.leaves + of.still_leaves) * of.rebounds for of in plan.spin.values())
     ends = []
     for k, nodes in enumerate((plan.first, plan.most)):

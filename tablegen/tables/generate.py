@@ -38,8 +38,8 @@ class Generated:
     validation: Validation | None
     #: Note on the accuracy that the refinement could not reach with the planned nodes.
     unmet: list[str]
-    #: Processor seconds by stage; those of a measurement on several threads together.
-    seconds: dict[str, float]
+    #: Processor seconds of all threads.
+    seconds: float
 
 
 def generate(
@@ -97,7 +97,7 @@ def generate(
     if config.population.only_spheres:
         contents = sphere_contents(config)
         write_table(path, contents)
-        return Generated(Table(contents), None, [], {})
+        return Generated(Table(contents), None, [], 0.0)
     fingerprint = f"{software()}\n{config.text}"
     with CheckpointStore(path, fingerprint, resume=resume, discard=discard) as store:
         runner = TaskRunner(store, executor, progress)
@@ -118,5 +118,5 @@ def generate(
             contents = with_accuracy(contents, validation)
         write_table(path, contents)
         store.remove()
-    seconds = {**runner.seconds, "measurement": time.process_time() - begin}
+    seconds = runner.seconds + time.process_time() - begin
     return Generated(Table(contents), validation, refined.missed, seconds)

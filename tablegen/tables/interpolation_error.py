@@ -8,12 +8,12 @@ from threadpoolctl import threadpool_limits
 from sampler.table import Table
 from tablegen.accuracy.measure import FIRST_STREAM, sample_size
 from tablegen.accuracy.metrics import ESTIMATES, Settings, at_resolution
-from tablegen.accuracy.scene_variables import simulated_variables
-from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, stable_number
+from tablegen.checkpoints import Arrays, stable_number
 from tablegen.config.config import AccuracyTargets, Config
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.node import NodeArrays
 from tablegen.model.float_array import FloatArray
+from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import make_axes
@@ -46,18 +46,17 @@ def interpolation_errors(
 ) -> Arrays:
     """Compare draws at a condition (alpha_deg, speed) between the nodes of a place with simulation.
 
-    Nodes come row by row, as for `assemble`. Returns values of `METRICS`, and `SECONDS`. An
+    Nodes come row by row, as for `assemble`. Returns values of `METRICS`. An
     expensive metric has the value of equal laws where a cheap one is far off, or where any value is
     allowed.
     """
-    watch, (alpha_deg, speed) = Stopwatch(), condition
+    alpha_deg, speed = condition
     stream = FIRST_STREAM + stable_number(f"trial {alpha_deg!r} {speed!r}", 31)
     samples, seed = sample_size(config.accuracy), config.table.seed
     simulation = simulate(
         config, np.radians(alpha_deg), speed, samples, seed=seed, stream=stream, threads=1
     )
     direct = simulated_variables(simulation, config.domain.columns)
-    watch.stage("simulation")
     # reports number their hits from 0
     hit = 2**32 - 1
     table = Table(assemble(config, make_axes(config, Grid(*place)), nodes))
@@ -65,9 +64,7 @@ def interpolation_errors(
         np.radians(alpha_deg), speed, seed=seed, hit=hit, index=np.arange(samples), threads=1
     )
     with threadpool_limits(limits=1, user_api="blas"):
-        found = _distances(drawn, direct, config.accuracy)
-    watch.stage("check")
-    return {**found, SECONDS: watch.seconds}
+        return _distances(drawn, direct, config.accuracy)
 
 
 def _distances(drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets) -> Arrays:

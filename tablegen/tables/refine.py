@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tablegen.checkpoints import SECONDS, Arrays, Stopwatch, Task, TaskRunner
+from tablegen.checkpoints import Arrays, Task, TaskRunner
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.node import NodeArrays, fit_node
@@ -47,10 +47,8 @@ class RefinedGrid(NamedTuple):
 
 
 def _node_task(config: Config, alpha_deg: float, speed: float, size: Resolution) -> Arrays:
-    """Fit a node; returns its arrays and the seconds of each stage."""
-    watch = Stopwatch()
-    arrays = fit_node(config, alpha_deg, speed, size, watch)
-    return {**arrays._asdict(), SECONDS: watch.seconds}
+    """Fit a node; returns its arrays."""
+    return fit_node(config, alpha_deg, speed, size)._asdict()
 
 
 def node_key(alpha_deg: float, speed: float, size: Resolution) -> str:

@@ -12,10 +12,10 @@ import numpy as np
 from sampler.errors import InputError
 from sampler.formats.hdf5 import write_table
 from sampler.table import load
-from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.config.config import Config
 from tablegen.fitting.node import NodeArrays, fit_node
 from tablegen.fitting.resolution import Resolution
+from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import make_axes

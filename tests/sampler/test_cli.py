@@ -88,7 +88,7 @@ def test_an_output_has_its_suffix_and_is_kept(tmp_path, capsys):
     path.write_bytes(b"kept")
     for named in (path, tmp_path / "t.txt"):
         assert run_program(program, ["work", "--output", str(named)]) == BAD_INPUT
-        assert "--output: got" in capsys.readouterr().err
+        assert "'--output': got" in capsys.readouterr().err
     assert run_program(program, ["work", "--output", str(path), "--overwrite"]) == 0
 
 

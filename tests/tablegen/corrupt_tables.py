@@ -72,21 +72,6 @@ def _at(contents, node, changes):
     return _with(contents, arrays)
 
 
-def spin_flipped(contents, node):
-    """At one node, omega_z depends on the other channels with the wrong sign."""
-    k = contents.channels.index("omega_z")
-    mean, factor = contents[MEAN][node].copy(), contents[FACTORS][node].copy()
-    mean[:, k] *= -1
-    factor[:, k * (k + 1) // 2 : k * (k + 3) // 2] *= -1  # the diagonal stays positive
-    for j in range(k + 1, len(contents.channels)):
-        factor[:, j * (j + 1) // 2 + k] *= -1
-    return _at(contents, node, {MEAN: mean, FACTORS: factor})
-
-
-def copied_node(contents, node, source):
-    return _at(contents, node, {name: contents[name][source] for name in NODE_DATASETS})
-
-
 def garbage(contents, nodes):
     """All quantiles halved, and no reflection, at the nodes of a mask."""
     halved = {"marginals/quantiles": 0.5 * contents["marginals/quantiles"][nodes]}

@@ -6,15 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from tablegen.checkpoints import SECONDS
-
 
 def die_once(number, marker):
     """Kill the process that does this for the first time; later give the number."""
     if not Path(marker).exists():
         Path(marker).touch()
         os.kill(os.getpid(), signal.SIGKILL)
-    return {"number": np.array(number), SECONDS: np.zeros(3)}
+    return {"number": np.array(number)}
 
 
 def die():

@@ -12,9 +12,7 @@ from sampler.errors import InputError
 from tablegen import progress
 from tablegen.checkpoints import (
     SECONDS,
-    STAGES,
     CheckpointStore,
-    Stopwatch,
     Task,
     TaskRunner,
     stable_number,
@@ -117,7 +115,7 @@ class TestEarlierCheckpoints:
 
 
 def square(number):
-    return {"square": np.array(number**2), SECONDS: np.array([1.0, 2.0, 4.0])}
+    return {"square": np.array(number**2)}
 
 
 def squares(*numbers):
@@ -147,7 +145,8 @@ class TestRun:
         runner = TaskRunner(store)
         found = runner.run("squares", {k: Task(failing, (0,)) for k in squares(2, 3)})
         assert [int(arrays["square"]) for arrays in found.values()] == [4, 9]
-        assert runner.seconds == {"simulation": 2.0, "fit": 4.0, "check": 8.0}
+        # the time of finished pieces counts
+        assert runner.seconds == sum(float(arrays[SECONDS]) for arrays in found.values()) > 0.0
 
     def test_an_error_cancels_the_tasks_that_have_not_begun(self, store, monkeypatch):
         def full(key, arrays):
@@ -215,17 +214,6 @@ def test_linear_algebra_keeps_to_one_thread_while_tasks_overlap():
     with ThreadPoolExecutor(2) as pool:
         TaskRunner(executor=pool).run("squares", {"1": Task(first, ()), "2": Task(second, ())})
     assert set(seen) == {1}
-
-
-def test_stopwatch_gives_each_stage_its_time():
-    """Sleep, as on a busy machine, is not work."""
-    watch, begin = Stopwatch(), time.thread_time()
-    while time.thread_time() < begin + 0.02:
-        time.sleep(0.001)
-    watch.stage("fit")
-    seconds = dict(zip(STAGES, watch.seconds, strict=True))
-    assert seconds["simulation"] == seconds["check"] == 0.0
-    assert 0.02 <= seconds["fit"] < 0.04
 
 
 def test_stable_numbers_are_the_first_bits_of_the_digest():

@@ -160,7 +160,7 @@ static int rbti_trees_hold(const rbt_spin_law *law)
     return holds;
 }
 
-/* Whether numbers are a table over angles and at most so many speeds. */
+/* Whether numbers are a table over angles and at most `speeds` speeds. */
 static int rbti_is_table(const double *numbers, int32_t count, double speeds)
 {
     const double n = count < 2 ? 0.0 : numbers[0], m = count < 2 ? 0.0 : numbers[1];

@@ -69,3 +69,23 @@ def test_shipped_tables_hold_in_all_cells(name, most_ks, most_energy):
         assert ks(*(side / factor for side in sides)).certain <= most_ks, cell
         energies = (np.sum((side[:, :3] * impacts.speed[:, None]) ** 2, axis=1) for side in sides)
         assert ratio(*energies).certain <= most_energy, cell
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("name", ["corundum-steel", "corundum-steel-compact"])
+def test_spins_along_the_normal_which_hardly_occur(name):
+    """Less exact than others; prints the distances."""
+    table, rng = sampler.load(name), np.random.default_rng(1)
+    config = stored_config(table.config, name)
+    model, index = DirectModel(config), np.arange(3 * COUNT, dtype=np.uint64)
+    departures = depart(model, occurring_impacts(config, model, 9, index), 9)
+    for size, degrees in product((1.5, 3.5), (10.0, 30.0, 60.0)):
+        taken = with_spins(departures, np.full(20 * COUNT, size), rng)
+        alpha = np.full(20 * COUNT, np.radians(degrees))
+        impacts = meet(model, taken, alpha, rng.random((20 * COUNT, 2)))
+        along = np.abs(impacts.spin[:, 1]) > 0.95 * np.linalg.norm(impacts.spin, axis=1)
+        impacts = possible(impacts.of(along)._replace(speed=np.full(along.sum(), 100.0)))
+        impacts = impacts._replace(index=np.arange(along.sum(), dtype=np.uint64))
+        found = ks(drawn_from(table, 11)(impacts), depart(model, impacts, 10).states)
+        print(f"{name}: spin {size:g}, {degrees:g} degrees: KS {found.value:.3f}")
+        assert found.certain <= 0.15

@@ -9,8 +9,8 @@ import sampler
 from sampler.formats.channels import WORKS, channels_for
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.accuracy.metrics import ks_distances
-from tablegen.accuracy.scene_variables import simulated_variables
 from tablegen.accuracy.validate import validate
+from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.generate import generate
 

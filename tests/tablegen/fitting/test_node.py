@@ -8,10 +8,10 @@ from corrupt_tables import independent_channels, independent_columns
 
 from sampler.formats.channels import MIRRORED, STATE, VARIABLES, WORKS
 from sampler.table import Table
-from tablegen.accuracy.metrics import classifier_auc, correlation_error, ks_distances
-from tablegen.accuracy.scene_variables import simulated_variables
+from tablegen.accuracy.metrics import Settings, auc, correlation_error, ks_distances
 from tablegen.config.config import load_config
 from tablegen.fitting.node import fit_node, node_stream
+from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
 from tablegen.tables.axes import make_axes
@@ -92,14 +92,14 @@ def test_draws_match_the_simulation():
     table, direct = one_node_table(config), simulated(config).state
     drawn = draws(table)
     assert ks_distances(drawn, direct).max() < KS_BOUND
-    assert correlation_error(drawn, direct) < CORRELATION_BOUND
-    assert classifier_auc(drawn, direct) < AUC_BOUND
+    assert correlation_error(drawn, direct).value < CORRELATION_BOUND
+    assert auc(drawn, direct, Settings()).value < AUC_BOUND
     # refused: columns without dependence, components without dependence, another condition
     shuffled = independent_columns(drawn, seed=1)
-    assert correlation_error(shuffled, direct) > CORRELATION_BOUND
-    assert classifier_auc(shuffled, direct) > AUC_BOUND
+    assert correlation_error(shuffled, direct).value > CORRELATION_BOUND
+    assert auc(shuffled, direct, Settings()).value > AUC_BOUND
     independent = draws(Table(independent_channels(table.contents)))
-    assert correlation_error(independent, direct) > CORRELATION_BOUND
+    assert correlation_error(independent, direct).value > CORRELATION_BOUND
     other = simulated(config, alpha_deg=ALPHA_DEG + 5.0).state
     assert ks_distances(drawn, other).max() > KS_BOUND
 
@@ -111,7 +111,7 @@ def test_draws_of_a_scene_match_the_simulation(columns):
     assert table.columns == columns
     drawn, direct = draws(table), simulated_variables(simulated(config), columns)
     assert ks_distances(drawn, direct).max() < KS_BOUND
-    assert correlation_error(drawn, direct) < CORRELATION_BOUND
+    assert correlation_error(drawn, direct).value < CORRELATION_BOUND
     moved = drawn + 0.3 * drawn.std(axis=0) * (np.arange(len(columns)) == 0)
     assert ks_distances(moved, direct).max() > KS_BOUND
     if "collisions" in columns:

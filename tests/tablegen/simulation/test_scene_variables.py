@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import kstest
 
 from sampler.formats.channels import CHANNELS, RANGES, STATE, VARIABLES, WORKS, channels_for
-from tablegen.accuracy.scene_variables import simulated_channels, simulated_variables
 from tablegen.config.config import load_config
+from tablegen.simulation.scene_variables import simulated_channels, simulated_variables
 from tablegen.simulation.simulate import simulate
 
 CONFIG = load_config("corundum-steel")
