@@ -143,7 +143,7 @@ class OutputFile(click.ParamType):
         except InputError as error:
             self.fail(str(error).removeprefix("output: "), param, ctx)
         suffix = Path(str(param.metavar)).suffix if param is not None else ""
-        if suffix and path.suffix != suffix:
+        if suffix[1:].isalnum() and path.suffix != suffix:
             self.fail(f"got {value}, allowed: a name in {suffix}", param, ctx)
         if ctx is not None and ctx.meta.get(_OVERWRITE) is False and path.exists():
             self.fail(f"got {value}, which exists, allowed: a new name, or --overwrite", param, ctx)

@@ -9,7 +9,6 @@ from typing import Any
 import click
 
 from sampler import options
-from sampler.errors import InputError
 from sampler.files import json_text, write_bytes, write_text
 from sampler.options import DONE, MISSED
 from tablegen.commands import shared
@@ -43,7 +42,7 @@ class _ManyNames(options.Command):
     ),
 )
 @click.argument("measured", type=shared.MEASURED, metavar="F.csv|NAME")
-@options.output("FITTED.toml", "Pair file to write.")
+@options.output("FITTED.toml", "Pair file to write.", keeps=True)
 @click.option(
     "--grains",
     metavar="NAME|FILE.toml",
@@ -90,8 +89,6 @@ def calibrate(
     from tablegen.measured.fit_text import fit_lines
     from tablegen.measured.pictures import fit_picture
 
-    if output.suffix != ".toml":
-        raise InputError(f"--output: got {output}, allowed: a name in .toml")
     pair = load_config(start) if start is not None else None
     made = fit(measured, output, start=pair, **settings)
     if json_file is not None:

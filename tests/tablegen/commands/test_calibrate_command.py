@@ -64,9 +64,9 @@ def test_a_flag_takes_several_names(folder):
     ("flags", "said"),
     [
         (["--pair", "start.toml", "--free", "pair.x"], "free: got 'pair.x', allowed: pair.resti"),
-        (["--output", "my.csv"], "--output: got my.csv, the same file as "),
+        (["--output", "start.toml"], "got start.toml, which exists"),
         (["--picture", "fit.txt"], "--picture: got fit.txt, allowed: a name in .png"),
-        (["--output", "fitted.h5"], "--output: got fitted.h5, allowed: a name in .toml"),
+        (["--output", "fitted.h5"], "'--output': got fitted.h5, allowed: a name in .toml"),
         (["--grains", "round"], "grains: got 'round', allowed: angular, "),
     ],
 )

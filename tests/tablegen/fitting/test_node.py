@@ -32,7 +32,9 @@ CORRELATION_BOUND, AUC_BOUND = 0.12, 0.63
 def node_config(columns=STATE, **table):
     """The shipped pair at one condition."""
     domain = {"alpha_deg": [ALPHA_DEG] * 2, "speed": [SPEED] * 2, "components": list(columns)}
-    return load_config("corundum-steel").with_changes({"domain": domain, "table": table})
+    return load_config("corundum-steel").with_changes(
+        {"spin": False, "domain": domain, "table": table}
+    )
 
 
 def one_node_table(config):

@@ -35,7 +35,7 @@ def test_a_given_form_finds_its_numbers_again_and_says_how_it_was_made(tmp_path,
     tree = tomllib.loads(path.read_text())
     assert tree["pair"]["restitution"]["valid_speed"] == [100.0, 100.0]
     assert "measured rebounds (synthetic: simulated)" in tree["pair"]["resistance"]["source"]
-    assert config.spin_accuracy is None
+    assert config.spin_targets.chain_spin == 0.2
     assert config.population == small_pair().population
     # 4,000 particles a row were measured, and few are simulated
     np.testing.assert_allclose(made.chosen.values, [0.6, 0.3], atol=0.05)
