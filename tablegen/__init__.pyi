@@ -10,10 +10,6 @@ from .measured.compare import compare as compare
 from .measured.measurements import Measurements as Measurements
 from .measured.reader import read_measurements as read_measurements
 from .measured.result import Calibration as Calibration
-from .model.one_rebound import draw as draw
-from .model.one_rebound import grain as grain
-from .model.one_rebound import rebound as rebound
-from .model.one_rebound import tumble as tumble
 from .simulation.direct import DirectModel as DirectModel
 from .simulation.simulate import Simulation as Simulation
 from .simulation.simulate import simulate as simulate

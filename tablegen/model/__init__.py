@@ -21,6 +21,5 @@ lockstep          many particles of one shape, eight at a time
 audit             every law checked on every collision and flight
 random_particles  random shape, aspect ratios and orientation
 particle_run      many particles, at one condition or at one each
-one_rebound       one rebound for the user's own compiled code
 model_bounds      bounds of the arguments
 """

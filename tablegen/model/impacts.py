@@ -153,7 +153,7 @@ def _checked(speed, cosine, sine, spin, numerics):
 
 
 @inline_kernel
-def wall_condition(alpha1, cosine_sine, speed, spin, numerics):
+def _wall_condition(alpha1, cosine_sine, speed, spin, numerics):
     """Status of an impact in the frame of the wall, and its condition.
 
     ``alpha1`` in rad, ``cosine_sine`` of this angle if it is allowed, ``speed`` in m/s, ``spin``
@@ -172,13 +172,13 @@ def wall_condition(alpha1, cosine_sine, speed, spin, numerics):
 
 
 @inline_kernel
-def allowed_angle(alpha1):
+def _allowed_angle(alpha1):
     """Return the nearest angle that an impact may have."""
     return min(max(alpha1, 0.0), 0.5 * math.pi)
 
 
 @inline_kernel
-def lab_condition(impact, omega, keys, numerics):
+def _lab_condition(impact, omega, keys, numerics):
     """Status of an impact in the lab frame, and its condition.
 
     ``impact``: velocity of the particle [m/s], normal into the gas, of any length but zero,
@@ -219,14 +219,14 @@ def wall_conditions(alpha1, speed, spin, numerics, values, start):
     for first in range(0, values.shape[0], WIDTH):
         count = min(WIDTH, values.shape[0] - first)
         for i in range(WIDTH):
-            lanes[0, i] = allowed_angle(item(alpha1, start + first + min(i, count - 1)))
+            lanes[0, i] = _allowed_angle(item(alpha1, start + first + min(i, count - 1)))
         cosine, sine = cosine_and_sine(load(lanes, 0))
         store(lanes, 1, cosine)
         store(lanes, 2, sine)
         for i in range(count):
             row = start + first + i
             given = item(alpha1, row), (lanes[1, i], lanes[2, i]), item(speed, row)
-            status, condition = wall_condition(*given, vector(spin, row), numerics)
+            status, condition = _wall_condition(*given, vector(spin, row), numerics)
             if status != OK:
                 return row, status
             put_condition(condition, values, first + i)
@@ -252,7 +252,7 @@ def lab_conditions(impacts, omega, keys, numerics, values, start):
     for k in range(values.shape[0]):
         row = start + k
         one = seed, item(index, row), item(hit, row)
-        status, condition = lab_condition(_impact(impacts, row), vector(omega, row), one, numerics)
+        status, condition = _lab_condition(_impact(impacts, row), vector(omega, row), one, numerics)
         if status != OK:
             return row, status
         put_condition(condition, values, k)

@@ -218,12 +218,12 @@ _PART: dict[str, Any] = {
 _PARTS: list[Any] = []
 
 
-def _compiled(function: _Function, for_users: bool = False, **options: Any) -> _Function:
+def _compiled(function: _Function, **options: Any) -> _Function:
     compiled = numba.njit(**_OPTIONS, **options)(function)
     interpreted = compiled is function  # with NUMBA_DISABLE_JIT
     if not interpreted and Path(function.__code__.co_filename).is_file():
         compiled._cache = _KernelCache(compiled.py_func)
-    if not interpreted and not for_users:
+    if not interpreted:
         part = numba.njit(**_OPTIONS, **_PART, **options)(function)
         # what numba asks for when a kernel calls another
         compiled.get_call_template, compiled.get_overload = (
@@ -256,11 +256,6 @@ def inline_kernel(function: _Function) -> _Function:
 def no_refcount_kernel(function: _Function) -> _Function:
     """Compile a kernel that only reads and writes arrays of its caller, and makes none."""
     return _compiled(function, **_NO_REFCOUNT)
-
-
-def user_kernel(function: _Function) -> _Function:
-    """Compile a `no_refcount_kernel` whose machine code serves kernels of users as well."""
-    return _compiled(function, for_users=True, **_NO_REFCOUNT)
 
 
 def no_refcount_inline_kernel(function: _Function) -> _Function:

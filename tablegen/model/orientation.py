@@ -12,7 +12,6 @@ from tablegen.model.frames import combine, cross, dot, is_finite, item, tangent,
 from tablegen.model.impacts import MANY_TURNS, TURNS_TOO_OFTEN
 from tablegen.model.jit import inline_kernel, kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.model_bounds import MOST_TURNED
-from tablegen.model.random_particles import GRAIN_NOT_USABLE, grain_fits
 from tablegen.model.rebound import MOTION_SIZE, present_spin
 from tablegen.model.rotation import ORDER, evaluate, expand, series_span
 from tablegen.model.shapes import FIRST_MESH, inertia
@@ -72,17 +71,8 @@ def quaternion_of(x, y, z):
     return a * scale, b * scale, c * scale, d * scale
 
 
-@no_refcount_inline_kernel
-def impact_frame(impact, keys):
-    """Find the frame of an impact: along the tangential velocity, the normal, across both."""
-    velocity, normal, _, wall_velocity = impact
-    e_y = unit(normal)
-    e_x = tangent(combine(1.0, velocity, -1.0, wall_velocity), e_y, keys)
-    return e_x, e_y, cross(e_x, e_y)
-
-
 @inline_kernel
-def lab_quaternion(n, x, frame):
+def _lab_quaternion(n, x, frame):
     """Quaternion of a particle that sees the wall axes n and x of a frame in body axes."""
     z = cross(x, n)
     e_x, e_y, e_z = frame
@@ -94,10 +84,12 @@ def lab_quaternion(n, x, frame):
 
 @no_refcount_inline_kernel
 def _frame_of_row(impacts, keys, row):
-    velocity, normal, half_size, wall_velocity = impacts
-    impact = vector(velocity, row), vector(normal, row), item(half_size, row)
-    one = keys[0], item(keys[1], row), item(keys[2], row)
-    return impact_frame((*impact, vector(wall_velocity, row)), one)
+    """Find the frame of an impact: along the tangential velocity, the normal, across both."""
+    velocity, normal, _, wall_velocity = impacts
+    relative = combine(1.0, vector(velocity, row), -1.0, vector(wall_velocity, row))
+    e_y = unit(vector(normal, row))
+    e_x = tangent(relative, e_y, (keys[0], item(keys[1], row), item(keys[2], row)))
+    return e_x, e_y, cross(e_x, e_y)
 
 
 @no_refcount_inline_kernel
@@ -130,7 +122,7 @@ def orientations_from(axes, impacts, keys, orientation, start):
     """Write the quaternions, (m, 4), of particles with wall axes (m, 6) in body axes."""
     for k in range(axes.shape[0]):
         n, x = (axes[k, 0], axes[k, 1], axes[k, 2]), (axes[k, 3], axes[k, 4], axes[k, 5])
-        found = lab_quaternion(n, x, _frame_of_row(impacts, keys, start + k))
+        found = _lab_quaternion(n, x, _frame_of_row(impacts, keys, start + k))
         for i in range(4):
             orientation[k, i] = found[i]
 
@@ -165,7 +157,7 @@ def free_turn(moments, motion, series, time, tolerance):
 
 
 @no_refcount_inline_kernel
-def moments_of(population, shape, b_over_a, c_over_b):
+def _moments_of(population, shape, b_over_a, c_over_b):
     """Principal moments of inertia of a grain, over m a^2."""
     if shape >= FIRST_MESH:
         moments = population.meshes.moments
@@ -178,10 +170,10 @@ def moments_of(population, shape, b_over_a, c_over_b):
 def tumble_all(population, numerics, grain, omega, time, orientation):
     """Turn particles by free rotation, WIDTH at a time.
 
-    ``numerics`` as of `tablegen.model.one_rebound.DirectArrays`; ``grain`` (n, 3) or (1, 3): shape
-    code, b / a, c / b; ``time`` (n,) or (1,). Quaternions, ``orientation`` (n, 4), are read and
-    written, and so is ``omega`` (n, 3) where it is that of an instant. Returns the first row that
-    cannot be turned, or -1, and its code.
+    ``numerics`` as of `tablegen.model.impacts.impact_condition`; ``grain`` (n, 3) or (1, 3): shape
+    code, b / a, c / b, of the population; ``time`` (n,) or (1,). Quaternions, ``orientation``
+    (n, 4), are read and written, and so is ``omega`` (n, 3) where it is that of an instant. Returns
+    the first row that cannot be turned, or -1, and its code.
     """
     motion, moments = lane_array(MOTION_SIZE), lane_array(3)
     series, times = lane_array(9 * (ORDER + 1)).reshape(9, ORDER + 1, WIDTH), lane_array(1)
@@ -190,8 +182,8 @@ def tumble_all(population, numerics, grain, omega, time, orientation):
         count = min(WIDTH, orientation.shape[0] - start)
         for i in range(WIDTH):
             row = start + min(i, count - 1)
-            turning = vector(grain, row), vector(omega, row), item(time, row)
-            status = turning_status(population, *turning, _quaternion(orientation, row))
+            turning = vector(omega, row), item(time, row), _quaternion(orientation, row)
+            status = _turning_status(*turning)
             if status != 0:
                 return row, status
             _put_turning(
@@ -207,12 +199,10 @@ def tumble_all(population, numerics, grain, omega, time, orientation):
 
 
 @no_refcount_inline_kernel
-def turning_status(population, grain, omega, time, quaternion):
+def _turning_status(omega, time, quaternion):
     """Tell whether a particle can be turned by free rotation over a time: 0 or a code."""
     if not (is_finite(omega) and math.isfinite(time)):
         return NOT_FINITE
-    if not grain_fits(population, grain[0], grain[1], grain[2]):
-        return GRAIN_NOT_USABLE
     if time < 0.0 or not math.sqrt(dot(omega, omega)) * time <= MOST_TURNED:
         return TURNS_TOO_OFTEN
     return rotation_status(quaternion)
@@ -223,7 +213,7 @@ def _put_turning(population, grain, omega, orientation, row, motion, moments, la
     """Put a particle into a lane: lab axes y and x, and the angular velocity, in body axes."""
     quaternion = _quaternion(orientation, row)
     n, x = to_body(quaternion, (0.0, 1.0, 0.0)), to_body(quaternion, (1.0, 0.0, 0.0))
-    w, own = to_body(quaternion, vector(omega, row)), moments_of(population, *grain)
+    w, own = to_body(quaternion, vector(omega, row)), _moments_of(population, *grain)
     for k in range(3):
         motion[k, lane], motion[3 + k, lane], motion[6 + k, lane] = w[k], n[k], x[k]
         moments[k, lane] = own[k]

@@ -43,9 +43,6 @@ SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
 #: The hit whose random numbers make the grain that a particle keeps.
 OWN_GRAIN = np.uint32(0)
 
-#: Status code: shape code or ratios that are those of no grain.
-GRAIN_NOT_USABLE = -102
-
 #: Bounds of the ratios as plain numbers, which kernels take.
 _LEAST, _MOST = ASPECT.low, ASPECT.high
 
@@ -126,15 +123,8 @@ def draw_grain(population, seed, index, hit):
     return float(shape), b_over_a, c_over_b
 
 
-@no_refcount_kernel
-def draw_orientation(seed, index, hit, motion):
-    """Draw the orientation of a particle at a hit into rows 3:9 of ``motion`` (13,)."""
-    u = _numbers(seed, index, hit)
-    set_orientation(u[2], u[3], u[4], motion)
-
-
 @no_refcount_inline_kernel
-def grain_fits(population, shape, b_over_a, c_over_b):
+def _grain_fits(population, shape, b_over_a, c_over_b):
     """Whether a shape code and ratios are those of a grain; a mesh has half-sizes of its own."""
     if FIRST_MESH <= shape < FIRST_MESH + population.meshes.resolutions.size:
         return shape == math.floor(shape)
@@ -210,6 +200,6 @@ def draw_grains(population, seed, index, hit, kind):
 def first_misfit(population, kind):
     """First row of ``kind`` (n, 3) that is no grain, or -1."""
     for k in range(kind.shape[0]):
-        if not grain_fits(population, kind[k, 0], kind[k, 1], kind[k, 2]):
+        if not _grain_fits(population, kind[k, 0], kind[k, 1], kind[k, 2]):
             return k
     return -1

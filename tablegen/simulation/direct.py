@@ -30,12 +30,11 @@ from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impacts import CONDITION_SIZE, lab_conditions, states_to_lab, wall_conditions
 from tablegen.model.model_bounds import ASPECT
-from tablegen.model.one_rebound import DirectArrays, work_size
 from tablegen.model.orientation import axes_from, orientations_from, tumble_all
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import first_misfit
 from tablegen.simulation.batches import first_not_finite, in_slices
-from tablegen.simulation.direct_rows import OWN, Failure, Particles, failure_of
+from tablegen.simulation.direct_rows import OWN, DirectArrays, Failure, Particles, failure_of
 from tablegen.simulation.rough_walls import RoughImpacts, rough_rebounds
 
 #: Arguments that make an impact in the lab frame.
@@ -84,10 +83,6 @@ class DirectModel:
     ----------
     columns : tuple of str
         The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z.
-    arrays : DirectArrays
-        For `tablegen.rebound` and `tablegen.draw` in the user's own compiled code.
-    work_size : int
-        Length of the work space that they need.
     """
 
     columns = STATE
@@ -114,7 +109,6 @@ class DirectModel:
             population.kernel_arguments(),
             (numerics.contact_resolution, numerics.tolerance, float(instant)),
         )
-        self.work_size: int = work_size(self.arrays.population)
 
     def sample(
         self,

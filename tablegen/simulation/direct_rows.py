@@ -11,13 +11,25 @@ from sampler.messages import row_message
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impacts import OUT_OF_BOUNDS, TURNS_TOO_OFTEN
 from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
-from tablegen.model.one_rebound import DirectArrays
 from tablegen.model.orientation import ORIENTATION_NOT_USABLE
 from tablegen.model.random_particles import OWN_GRAIN, ParticleKeys, draw_grains
 from tablegen.simulation.batches import unfinished
 
 #: Hit whose random numbers make the grains that particles keep.
 OWN = np.full(1, OWN_GRAIN)
+
+
+class DirectArrays(NamedTuple):
+    """Laws, particles and numerical parameters of a model, as kernels take them.
+
+    ``law``: `LawArguments`. ``population``: `PopulationArguments`. ``numerics``: resolution of
+    contacts, tolerance of flights, and 0 where angular velocities are means over free tumbling, 1
+    where they are those of an instant.
+    """
+
+    law: Any
+    population: Any
+    numerics: tuple[float, float, float]
 
 
 class Failure(NamedTuple):

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from sampler.errors import CASCADE_NOT_ENDED, OK
 from tablegen.model.float_array import FloatArray
 from tablegen.model.impacts import CONDITION_SIZE, lab_conditions, states_to_lab
-from tablegen.model.one_rebound import DirectArrays
 from tablegen.model.orientation import axes_from, orientations_from
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import ParticleKeys
 from tablegen.model.roughness import MAX_BOUNCES, facet_normals, mark_leaving, seed_of_bounce
-from tablegen.simulation.direct_rows import Particles
+from tablegen.simulation.direct_rows import DirectArrays, Particles
 
 _NO_GRAIN_KEYS = np.empty(0, dtype=np.uint32)
 

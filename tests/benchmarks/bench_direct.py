@@ -4,36 +4,21 @@
 
 The particles have random angles (2 to 90 degrees) and speeds (20 to 250 m/s), and spins of some
 V/a or none. One call simulates all of them, mixed, or one call simulates each condition; the states
-are the same. The lab frame is timed too, by arrays and one by one in compiled code. Times are
-processor time of one thread, the least of several rounds.
+are the same. The lab frame is timed too. Times are processor time of one thread, the least of
+several rounds.
 """
 
 import argparse
 from collections.abc import Callable
 
 from harness import in_turns  # isort: skip
-import numba
 import numpy as np
 
-import tablegen
 from tablegen.config.config import load_config
 from tablegen.simulation.direct import DirectModel
 
 #: Half-size of the particles [m].
 HALF_SIZE = 1e-5
-
-
-@numba.njit
-def one_by_one(arrays, velocity, omega, index, work, after):
-    """Rebound the particles as a user's tracker does."""
-    still, up, turned = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), np.empty(4)
-    for k in range(len(velocity)):
-        v = velocity[k, 0], velocity[k, 1], velocity[k, 2]
-        w = omega[k, 0], omega[k, 1], omega[k, 2]
-        grain = tablegen.grain(arrays, 1, index[k], 0)
-        turned[:] = 0.0  # random, by the keys
-        impact = (v, up, HALF_SIZE, still, w, grain, turned)
-        tablegen.rebound(arrays, *impact, 1, index[k], 0, work, after[k])
 
 
 def ways(conditions: int, particles: int, spinning: bool) -> dict[str, Callable[[], object]]:
@@ -49,7 +34,6 @@ def ways(conditions: int, particles: int, spinning: bool) -> dict[str, Callable[
     velocity = v[:, None] * np.column_stack([np.cos(a), -np.sin(a), np.zeros(len(a))])
     omega = s * (v / HALF_SIZE)[:, None]
     keys = {"seed": 1, "hit": 0, "threads": 1}
-    work, after = np.empty(model.work_size), np.empty((len(v), 6))
 
     def apart() -> None:
         for k in range(conditions):
@@ -63,9 +47,6 @@ def ways(conditions: int, particles: int, spinning: bool) -> dict[str, Callable[
         "one condition a call": apart,
         "mixed, wall frame": lambda: model.sample(a, v, spin=s, index=index, **keys),
         "mixed, lab frame": lab,
-        "one by one, lab frame": lambda: one_by_one(
-            model.arrays, velocity, omega, index, work, after
-        ),
     }
 
 
@@ -80,7 +61,7 @@ def main() -> None:
         for name, times in in_turns(timed, options.rounds).items():
             cost = 1e6 * min(times) / (options.conditions * options.particles)
             spin = "with spin" if spinning else "without spin"
-            print(f"{spin:13} {name:21} {cost:6.2f} us  {1.0 / cost:5.2f} million a second")
+            print(f"{spin:13} {name:20} {cost:6.2f} us  {1.0 / cost:5.2f} million a second")
 
 
 if __name__ == "__main__":

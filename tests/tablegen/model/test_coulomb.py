@@ -8,12 +8,10 @@ import pytest
 from motion_fixtures import CONFIG, POPULATION
 from test_collision import mobility_tuple, random_impacts
 
-import tablegen
 from tablegen import DirectModel
 from tablegen.config.pairs import MaterialPair
 from tablegen.model.audit import AUDIT_SIZE, NORMAL, TANGENTIAL, audit_collision, followed
 from tablegen.model.coulomb import PIECE_ALARM, Ending, coulomb_impulse
-from tablegen.model.one_rebound import STILL_IN_CONTACT
 from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.model.rotation import ORDER
 from tablegen.model.sliding import Friction
@@ -194,11 +192,6 @@ def test_a_path_that_does_not_end_is_an_error_that_names_the_row(monkeypatch):
     for roughness in (None, 0.1):
         with pytest.raises(RuntimeError, match=f"the particle at index [012] {still}"):
             model.rebound(*given, seed=1, index=range(3), roughness=roughness)
-    grain, work, out = (1.0, 0.8, 0.7), np.empty(model.work_size), np.zeros(6)
-    none = (0.0, 0.0, 0.0)
-    given = model.arrays, (10.0, -20.0, 0.0), (0.0, 1.0, 0.0), 1e-5, none, none, grain
-    assert tablegen.rebound(*given, np.zeros(4), 1, 2, 0, work, out) == STILL_IN_CONTACT
-    assert not out.any()
     monkeypatch.setattr(MaterialPair, "kernel_arguments", lambda *_: broken)
     for audited in (False, True):
         with pytest.raises(RuntimeError, match=f"particle [012] of seed 3, stream 0 {still}"):

@@ -5,13 +5,7 @@ import pytest
 from crowds import CROWD
 from motion_fixtures import PAIR
 
-from tablegen.model.random_particles import (
-    ParticleKeys,
-    draw_grain,
-    draw_orientation,
-    draw_particles,
-)
-from tablegen.model.rebound import MOTION_SIZE
+from tablegen.model.random_particles import ParticleKeys, draw_grain, draw_particles
 from tablegen.model.simd import WIDTH
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
@@ -48,9 +42,9 @@ def test_draws_in_lanes_are_those_of_one_particle():
     keys = ParticleKeys(np.uint64(2**63 + 5), index, hit, grain)
     axes, kind = np.empty((1001, 6)), np.empty((1001, 3))
     draw_particles(population_args, keys, axes, kind)
-    motion = np.empty(MOTION_SIZE)
     for i in range(len(axes)):
+        alone, one = np.empty((1, 6)), keys._replace(particle=index[i : i + 1], hit=hit[i : i + 1])
+        draw_particles(population_args, one, alone, np.empty((1, 3)))
+        np.testing.assert_array_equal(alone[0], axes[i])
         drawn = draw_grain(population_args, keys.seed, index[i], grain[0])
-        draw_orientation(keys.seed, index[i], hit[i], motion)
         np.testing.assert_array_equal(drawn, kind[i])
-        np.testing.assert_array_equal(motion[3:9], axes[i])
