@@ -21,3 +21,4 @@ napoleon_use_ivar = True
 suppress_warnings = ["ref.python"]
 html_theme = "furo"
 html_copy_source = False
+html_static_path = html_css_files = ["site.css"]
