@@ -1,4 +1,4 @@
-"""``tablegen figures``: the figures and statements of the paper."""
+"""``tablegen figures``: the figures of the paper, and numbers beside its own."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 
 @click.command(
     cls=options.Command,
-    short_help="Draw the figures of the paper, and check its statements.",
+    short_help="Draw the figures of the paper, with numbers beside its own.",
     epilog=options.examples(
         "tablegen figures --output figures",
         "tablegen figures my-pair.h5 --output figures --count 1000000",
@@ -34,30 +34,28 @@ from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 def figures(
     table: str, output: Path, count: int | None, quick: bool, seed: int, progress: bool
 ) -> int:
-    """Draw Figures 3 to 10, 12 and 13 of Panfilov & Tsirkunov (2022), and check its statements.
+    """Draw Figures 3 to 10, 12 and 13 of Panfilov & Tsirkunov (2022), with numbers beside its own.
 
     Each shape and the mixture come from direct simulation at 200 m/s and angles from 5 to 90
-    degrees; the mixture also from the table. The folder gets figure-03.svg to figure-13.svg, the
-    numbers behind them (laws.json), and every statement of the paper that can be checked, with
-    the measured values (statements.html, statements.json). The statements are about the paper's
-    pair and particles, corundum-steel: for others they are measured and not judged.
+    degrees; the mixture also from the table. The folder gets figure-03.svg to figure-13.svg, and
+    paper.html with all of them and a table of our numbers beside what the paper says of its pair
+    and particles, corundum-steel.
     """
     import sampler
     from tablegen.config.config import stored_config
-    from tablegen.evidence.paper import TEXTS, check_paper, counts_text, failing_lines
+    from tablegen.evidence.paper import PAGE, make_paper
     from tablegen.presentation import require_matplotlib
 
     require_matplotlib("tablegen figures")
-    made = [*output.glob("figure-*"), *(output / name for name in TEXTS)]
+    made = [*output.glob("figure-*"), output / PAGE]
     for file in made if output.exists() else [output]:
         check_output(file)
     loaded = sampler.load(table)
     config = stored_config(loaded.config, f"{table}: config")
     particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)
-    statements, files = check_paper(loaded, config, particles, seed, progress)
+    files = make_paper(loaded, config, particles, seed, progress)
     output.mkdir(exist_ok=True)
     for name, data in files.items():
         write_bytes(output / name, data)
-    click.echo("\n".join([counts_text(statements), *failing_lines(statements)]))
     click.echo(f"{output}: {', '.join(files)}")
     return DONE

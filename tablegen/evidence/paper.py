@@ -1,137 +1,137 @@
-"""Paper of Panfilov and Tsirkunov (2022), checked: figures, table and statements, as files."""
+"""Paper of Panfilov and Tsirkunov (2022): its figures, and our numbers beside its own, as files."""
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Iterable
 
-from sampler.files import json_text
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.signal import find_peaks
+
 from sampler.table import Table
 from tablegen.config.config import Config
-from tablegen.evidence.page import Block, Headline, Section, render_page
+from tablegen.evidence.page import Section, render_page
 from tablegen.evidence.paper_figures import paper_pictures
-from tablegen.evidence.paper_statements import (
-    NOT_CHECKED,
-    Statement,
-    Verdict,
-    check_statements,
-    is_of_the_paper,
-)
 from tablegen.evidence.paper_statistics import (
     ANGLES,
-    DIRECT,
+    SCATTERING_BINS,
     SHAPES,
     SPEED,
     FigureStatistics,
+    SampleStatistics,
     make_statistics,
 )
+from tablegen.model.float_array import FloatArray
 from tablegen.presentation import TextTable
 from tablegen.progress import bar
 
-#: The paper's table: shares of particles with 1, 2, 3, 4, 5 and more collisions, normal impact.
-PAPER_TABLE = {
+#: Shares of particles with 1, 2, 3, 4, 5 and more collisions at normal impact [%].
+COLLISIONS = {
     "ellipsoid": (42.2, 31.2, 8.9, 4.3, 2.6, 10.8),
     "prism": (13.3, 40.1, 19.5, 14.6, 5.4, 7.1),
     "truncated-prism": (25.9, 37.7, 17.8, 9.7, 4.8, 4.1),
     "tetrahedron": (5.2, 12.8, 9.3, 7.9, 8.3, 56.5),
 }
 
-#: Files of ``tablegen figures`` beside the pictures.
-TEXTS = ("statements.html", "statements.json", "laws.json")
+#: File of ``tablegen figures`` beside the pictures.
+PAGE = "paper.html"
 
-COLLISION_HEAD = ("shape", "source", "1", "2", "3", "4", "5", "> 5")
-STATEMENT_HEAD = ("statement", "criterion", "direct model", "table (mixture)")
-
-
-def collision_rows(statistics: FigureStatistics) -> list[list[str]]:
-    """Cells of the paper's table in per cent, ours and, for its pair and particles, its own."""
-    rows, of_the_paper = [], is_of_the_paper(statistics.config)
-    for shape, paper in PAPER_TABLE.items():
-        sample = statistics.at(DIRECT, shape, 90.0)
-        if sample is not None and sample.collisions is not None:
-            rows.append([shape, "direct", *(f"{100.0 * share:.1f}" for share in sample.collisions)])
-        if of_the_paper:
-            rows.append([shape, "paper", *(f"{share:.1f}" for share in paper)])
-    return rows
+#: Samples of one shape, or of the table, by rising angle.
+_Curve = list[SampleStatistics]
 
 
-def _verdict_text(verdict: Verdict | None) -> str:
-    if verdict is None:
-        return "cannot tell"
-    words = {None: "measured", True: "holds", False: "does not hold"}[verdict.holds]
-    return f"{words}: {verdict.measured}"
+def _percent(shares: Iterable[float]) -> str:
+    return " ".join(f"{share:.1f}" for share in shares)
 
 
-def statement_rows(statements: Sequence[Statement]) -> list[list[str]]:
-    """Cells of `STATEMENT_HEAD`."""
-    return [
-        [f"{k}. {s.text} ({s.place})", s.criterion, _verdict_text(s.direct), _verdict_text(s.table)]
-        for k, s in enumerate(statements, 1)
+def _collisions(curve: _Curve) -> str:
+    shares = curve[-1].collisions
+    return "" if shares is None else _percent(100.0 * shares)
+
+
+def _rotational(curve: _Curve) -> str:
+    top = max(curve, key=lambda sample: sample.mean.get("rotational", 0.0))
+    height = top.mean.get("rotational")
+    return "" if height is None else f"{height:.3f} at {top.alpha_deg:g}°"
+
+
+def _translational(curve: _Curve) -> str:
+    means = [sample.mean["translational"] for sample in curve]
+    return f"{means[0]:.3f} to {means[-1]:.3f}, {np.diff(means).max(initial=-1.0):+.4f}"
+
+
+def _largest_spin(curve: _Curve) -> str:
+    return ", ".join(
+        f"{max(getattr(sample, which)['omega_z'] for sample in curve):+.4f}"
+        for which in ("mean", "mode")
+    )
+
+
+def _positive_spin(curve: _Curve) -> str:
+    shares = [sample.positive_spin for sample in curve]
+    return f"{shares[0]:.3f} to {shares[-1]:.3f}, {np.diff(shares).min(initial=1.0):+.4f}"
+
+
+def _offset(curve: _Curve) -> str:
+    """Give the largest mean of what is symmetric about zero, in standard errors."""
+    normal = "w", "omega_x", "omega_y", "u", "omega_z"
+    offsets = (
+        abs(sample.mean[name]) / max(sample.error[name], 1e-12)  # spheres do not scatter
+        for sample in curve
+        for name in (normal if sample.alpha_deg == 90.0 else normal[:3])
+    )
+    return f"{max(offsets):.1f}"
+
+
+def _mode_at_normal(curve: _Curve) -> str:
+    # of two equal maxima either may be the mode
+    return "".join(f"{abs(s.mode['u']):.2f}" for s in curve if s.alpha_deg == 90.0)
+
+
+def indicatrix_maxima(scattering: FloatArray) -> list[float]:
+    """Angles alpha2 [degrees] of maxima that stand out by a twentieth of the highest."""
+    density = gaussian_filter1d(scattering, 3.0)
+    # at grazing impact the highest bin may be the first
+    peaks, _ = find_peaks(np.pad(density, 1), prominence=0.05 * density.max())
+    return [float((k - 0.5) * 180.0 / SCATTERING_BINS) for k in peaks]
+
+
+def _two_maxima(curve: _Curve) -> str:
+    two = (s.alpha_deg for s in curve if len(indicatrix_maxima(s.scattering)) == 2)
+    return " ".join(f"{alpha_deg:g}" for alpha_deg in two) or "none"
+
+
+#: What a number is, what the paper says, and ours of a curve; "" where a table cannot tell.
+_NUMBERS: tuple[tuple[str, str, Callable[[_Curve], str]], ...] = (
+    ("1, 2, 3, 4, 5, more collisions at 90° [%]", "above", _collisions),
+    ("greatest rotational energy", "at 15 to 20°; ellipsoid, truncated-prism", _rotational),
+    ("translational energy, largest step", "falls", _translational),
+    ("largest mean, largest most probable Ωz [V/a]", "not above 0", _largest_spin),
+    ("share with Ωz > 0, least step", "grows", _positive_spin),
+    ("largest mean of w, Ωx, Ωy, at 90° u, Ωz [standard errors]", "symmetric", _offset),
+    ("most probable |u| at 90° [V]", "0, of prisms not", _mode_at_normal),
+    ("α₁ where α₂ has two maxima [°]", "of the mixture 70 to 90", _two_maxima),
+)
+
+
+def number_table(statistics: FigureStatistics) -> TextTable:
+    """Put our numbers of each shape, the mixture and the table beside the paper's."""
+    rows = [
+        ["collisions, paper", "", *(_percent(COLLISIONS.get(x, ())) for x in statistics.curves)]
     ]
+    for words, paper, ours in _NUMBERS:
+        curves = (list(curve.values()) for curve in statistics.curves.values())
+        rows.append([words, paper, *(ours(curve) if curve else "" for curve in curves)])
+    head = ("number", "paper", *statistics.curves)
+    return TextTable("Numbers beside the paper's", head, rows, "words")
 
 
-def failing_lines(statements: Sequence[Statement]) -> list[str]:
-    """Name each statement that does not hold, and for which source."""
-    lines = []
-    for s in statements:
-        sides = (("the direct model", s.direct), ("the table", s.table))
-        fails = [words for words, verdict in sides if verdict and verdict.holds is False]
-        if fails:
-            lines.append(f"{s.text} ({s.place}) Not for {' and '.join(fails)}.")
-    return lines
-
-
-def counts_text(statements: Sequence[Statement]) -> str:
-    """Count the statements that hold, or say why none is judged."""
-    if any(s.direct is not None and s.direct.holds is None for s in statements):
-        return (
-            "Statements of the paper: they are about corundum on steel and its particles; laws or "
-            "particles here differ, so measurements are given and not judged."
-        )
-    parts = []
-    for name, words in (("direct", "the direct model"), ("table", "the table")):
-        verdicts = [v for s in statements if (v := getattr(s, name)) is not None]
-        holding = sum(v.holds is True for v in verdicts)
-        parts.append(f"{holding} of {len(verdicts)} hold for {words}")
-    return "Statements of the paper: " + ", ".join(parts) + "."
-
-
-def check_paper(
+def make_paper(
     table: Table, config: Config, count: int, seed: int, progress: bool = False
-) -> tuple[list[Statement], dict[str, bytes]]:
-    """Simulate, draw and check everything, from `count` particles of each shape at each angle.
-
-    Returns the statements, and the files of ``tablegen figures`` by name: pictures, a page, and
-    numbers as JSON.
-    """
-    steps = len(ANGLES) * len(SHAPES)
-    with bar(progress, total=steps, desc="samples of the figures") as counted:
+) -> dict[str, bytes]:
+    """Make the files of ``tablegen figures`` by name, of `count` particles of a shape and angle."""
+    with bar(progress, total=len(ANGLES) * len(SHAPES), desc="samples of the figures") as counted:
         statistics = make_statistics(table, config, count, seed, counted.update)
-    statements, pictures = check_statements(statistics), paper_pictures(statistics)
-    rows = collision_rows(statistics)
-    blocks: list[Block] = [
-        Headline("open", counts_text(statements), failing_lines(statements)),
-        f"{count:,} particles of each shape at each angle, {SPEED:g} m/s. A table holds the "
-        "mixture, without collisions and rotational energies.",
-        TextTable("Statements", STATEMENT_HEAD, statement_rows(statements), "words"),
-        Headline("soft", "Not checked:", NOT_CHECKED),
-        TextTable("Collisions at normal impact, per cent", COLLISION_HEAD, rows),
-        *pictures,
-    ]
-    title, head = "Panfilov & Tsirkunov (2022), checked", {"count": count, "seed": seed}
-    stated = head | {
-        "speed": SPEED,
-        "judged": is_of_the_paper(config),
-        "statements": [asdict(statement) for statement in statements],
-        "not_checked": list(NOT_CHECKED),
-        "collisions": [dict(zip(COLLISION_HEAD, row, strict=True)) for row in rows],
-    }
-    laws = head | {
-        "laws": [sample.to_dict() for sample in statistics.samples.values()],
-        "sphere_alpha2_deg": [
-            {"alpha_deg": alpha_deg, "alpha2_deg": low}
-            for alpha_deg, (low, _) in statistics.sphere_deg.items()
-        ],
-    }
-    page = render_page(title, [Section(title, blocks)])
-    texts = zip(TEXTS, (page, json_text(stated), json_text(laws)), strict=True)
-    files = {picture.name: picture.data for picture in pictures}
-    return statements, files | {name: text.encode() for name, text in texts}
+    pictures = paper_pictures(statistics)
+    said = f"{config.name}: {count:,} particles of each shape at each angle, {SPEED:g} m/s."
+    title = "Panfilov & Tsirkunov (2022), corundum on steel"
+    page = render_page(title, [Section(title, [said, number_table(statistics), *pictures])])
+    return {picture.name: picture.data for picture in pictures} | {PAGE: page.encode()}

@@ -9,7 +9,6 @@ from scipy.ndimage import gaussian_filter, gaussian_filter1d
 from tablegen.config.defaults import MIXTURE
 from tablegen.evidence.paper_statistics import (
     DENSITY,
-    DIRECT,
     SCATTERING_BINS,
     SPATIAL_BINS,
     TABLE,
@@ -29,15 +28,13 @@ from tablegen.presentation import (
     written,
 )
 
-_MEAN, _MODE = "mean", "mode"
-
 #: Figures against the impact angle: number, title, and the quantities of both panels.
 _CURVES = (
-    (3, "Mean and most probable tangential velocity", (("u", _MEAN), ("u", _MODE))),
-    (4, "Mean and most probable normal velocity", (("v", _MEAN), ("v", _MODE))),
-    (7, "Mean and most probable angular velocity", (("omega_z", _MEAN), ("omega_z", _MODE))),
-    (9, "Mean energies", (("translational", _MEAN), ("rotational", _MEAN))),
-    (10, "Most probable energies", (("translational", _MODE), ("rotational", _MODE))),
+    (3, "Mean and most probable tangential velocity", (("u", "mean"), ("u", "mode"))),
+    (4, "Mean and most probable normal velocity", (("v", "mean"), ("v", "mode"))),
+    (7, "Mean and most probable angular velocity", (("omega_z", "mean"), ("omega_z", "mode"))),
+    (9, "Mean energies", (("translational", "mean"), ("rotational", "mean"))),
+    (10, "Most probable energies", (("translational", "mode"), ("rotational", "mode"))),
 )
 
 #: Figures of densities: number, variable, title, and limits of the abscissa.
@@ -81,36 +78,35 @@ def _curve_figure(
     figure = new_figure(9.5, 4.6)
     columns = figure.subplots(1, 2)
     for axes, letter, (quantity, which) in zip(columns, "ab", panels, strict=True):
-        for source, shape in product((DIRECT, TABLE), statistics.shapes(DIRECT)):
-            curve = [s for s in statistics.curve(source, shape) if quantity in s.mean]
-            values = np.array([getattr(s, which)[quantity] for s in curve])
-            if which == _MODE and quantity == "u" and curve and curve[-1].alpha_deg == 90.0:
+        for name, curve in statistics.curves.items():
+            having = [s for s in curve.values() if quantity in s.mean]
+            values = np.array([getattr(s, which)[quantity] for s in having])
+            if (which, quantity) == ("mode", "u") and having and having[-1].alpha_deg == 90.0:
                 # of two equal maxima at normal impact the paper shows the positive one
                 values[-1] = abs(values[-1])
-            _draw_curve(axes, source, shape, [s.alpha_deg for s in curve], values)
-        words = "most probable" if which == _MODE else "mean"
+            _draw_curve(axes, name, [s.alpha_deg for s in having], values)
+        words = "most probable" if which == "mode" else "mean"
         axes.set(xlabel=ANGLE_LABEL, ylabel=f"{words} {SYMBOLS[quantity]}", xlim=(0, 92))
         axes.set_xticks(range(0, 91, 15))
         axes.set_title(f"({letter})", loc="left")
     handles, labels = columns[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)
-    alternative = f"{title} of each shape, the mixture and the table; the numbers are in laws.json."
-    return _numbered(figure, number, title, alternative)
+    return _numbered(figure, number, title, f"{title} of each shape, the mixture and the table.")
 
 
-def _draw_curve(axes: Any, source: str, shape: str, x: list[float], y: FloatArray) -> None:
-    if source == DIRECT:
-        look = {"color": COLOURS[shape], "marker": MARKERS[shape], "markersize": 4}
-        width = 2.2 if shape == MIXTURE else 1.2
-        axes.plot(x, y, linewidth=width, label=f"{shape}, direct", **look)
+def _draw_curve(axes: Any, name: str, x: list[float], y: FloatArray) -> None:
+    if name != TABLE:
+        look = {"color": COLOURS[name], "marker": MARKERS[name], "markersize": 4}
+        width = 2.2 if name == MIXTURE else 1.2
+        axes.plot(x, y, linewidth=width, label=f"{name}, direct", **look)
     elif x:
         look = {"color": TABLE_COLOUR, "marker": "o", "markersize": 9, "markeredgewidth": 1.8}
-        axes.plot(x, y, "none", markerfacecolor="none", label=f"{shape}, table", **look)
+        axes.plot(x, y, "none", markerfacecolor="none", label="mixture, table", **look)
 
 
 def _density(counts: FloatArray, size: int, width: float) -> FloatArray:
     """Smoothed density from the counts of a sample in bins of a width."""
-    return np.asarray(gaussian_filter1d(counts.astype(np.float64), 1.0)) / (size * width)
+    return np.asarray(gaussian_filter1d(counts, 1.0)) / (size * width)
 
 
 def _density_figure(
@@ -120,58 +116,53 @@ def _density_figure(
     low, high, bins = DENSITY[name]
     centres = low + (np.arange(bins) + 0.5) * (high - low) / bins
     figure = new_figure(11.5, 4.3)
-    columns = figure.subplots(1, 3)
-
-    def values(source: str, shape: str, alpha_deg: float) -> FloatArray:
-        sample = statistics.at(source, shape, alpha_deg)
+    panels = dict(zip(("ellipsoid", "prism", MIXTURE), figure.subplots(1, 3), strict=True))
+    for (alpha_deg, (colour, style)), shape in product(_DENSITY_ANGLES.items(), (*panels, TABLE)):
+        sample = statistics.curves[shape].get(alpha_deg)
         if sample is None:
-            return np.full(bins, np.nan)
-        return _density(sample.density[name], sample.count, (high - low) / bins)
-
-    for alpha_deg, (colour, style) in _DENSITY_ANGLES.items():
-        for axes, shape in zip(columns, ("ellipsoid", "prism"), strict=False):
+            continue
+        density = _density(sample.density[name], sample.count, (high - low) / bins)
+        if shape == MIXTURE:
+            panels[shape].fill_between(centres, density, color=colour, alpha=0.28, linewidth=0)
+        elif shape == TABLE:
+            panels[MIXTURE].plot(centres, density, color=colour, linewidth=1.1)
+        else:
             look = {"color": colour, "linestyle": style, "label": f"{alpha_deg:g}°"}
-            axes.plot(centres, values(DIRECT, shape, alpha_deg), **look)
-        direct, drawn = (values(source, MIXTURE, alpha_deg) for source in (DIRECT, TABLE))
-        columns[2].fill_between(centres, direct, color=colour, alpha=0.28, linewidth=0)
-        columns[2].plot(centres, drawn, color=colour, linewidth=1.1)
+            panels[shape].plot(centres, density, **look)
     titles = ("(a) ellipsoids, direct", "(b) prisms, direct", "mixture: direct areas, table lines")
-    for axes, words in zip(columns, titles, strict=True):
+    for axes, words in zip(panels.values(), titles, strict=True):
         axes.set(xlabel=SYMBOLS[name], xlim=limits)
         axes.set_ylim(bottom=0.0)
         axes.set_title(words, loc="left")
-    columns[0].set_ylabel("density")
-    handles, labels = columns[0].get_legend_handles_labels()
+    panels["ellipsoid"].set_ylabel("density")
+    handles, labels = panels["ellipsoid"].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, title=ANGLE_LABEL)
     alternative = f"{title} of ellipsoids, prisms and the mixture, with the table's on the last."
     return _numbered(figure, number, title, alternative)
 
 
-def _direction(alpha2: Any, beta2: Any) -> tuple[Any, Any, Any]:
-    """Plot coordinates of a direction of rebound: x, -z and, upwards, y."""
-    return np.cos(beta2) * np.cos(alpha2), -np.sin(beta2), np.cos(beta2) * np.sin(alpha2)
-
-
 def _surface(sample: SampleStatistics) -> tuple[FloatArray, FloatArray]:
-    """Points of the spatial indicatrix, shape (3, n, m), and its values, shape (n, m)."""
+    """Points of the spatial indicatrix, x, -z and y, shape (3, n, m), and its values, (n, m)."""
     rows, columns = SPATIAL_BINS
     counts = gaussian_filter(sample.spatial, 1.5, mode="nearest")
     values = counts / (sample.count * (np.pi / rows) * (np.pi / columns))
-    alpha2 = (np.arange(rows) + 0.5) * np.pi / rows
+    alpha2 = (np.arange(rows)[:, None] + 0.5) * np.pi / rows
     beta2 = (np.arange(columns) + 0.5) * np.pi / columns - np.pi / 2
-    return values * np.array(_direction(*np.meshgrid(alpha2, beta2, indexing="ij"))), values
+    along = np.cos(beta2) * np.cos(alpha2), -np.sin(beta2) + 0.0 * alpha2
+    return values * np.array([*along, np.cos(beta2) * np.sin(alpha2)]), values
 
 
 def _spatial_figure(statistics: FigureStatistics) -> Picture:
     from matplotlib import colormaps
 
-    panels = (
-        ("(a) prisms, direct", statistics.at(DIRECT, "prism", 90.0)),
-        ("(b) truncated prisms, direct", statistics.at(DIRECT, "truncated-prism", 90.0)),
-        ("mixture, direct", statistics.at(DIRECT, MIXTURE, 90.0)),
-        ("mixture, table", statistics.at(TABLE, MIXTURE, 90.0)),
-    )
-    drawn = [(title, *_surface(sample)) for title, sample in panels if sample is not None]
+    panels = {
+        "prism": "(a) prisms, direct",
+        "truncated-prism": "(b) truncated prisms, direct",
+        MIXTURE: "mixture, direct",
+        TABLE: "mixture, table",
+    }
+    samples = {title: statistics.curves[name].get(90.0) for name, title in panels.items()}
+    drawn = [(title, *_surface(sample)) for title, sample in samples.items() if sample is not None]
     top = max(float(values.max()) for _, _, values in drawn)
     figure = new_figure(11.0, 7.4)
     for k, (title, points, values) in enumerate(drawn):
@@ -184,8 +175,7 @@ def _spatial_figure(statistics: FigureStatistics) -> Picture:
         axes.tick_params(labelsize=8)
         axes.view_init(elev=22, azim=-60)
     alternative = "Surfaces whose distance from the origin is the density of that direction."
-    title = "Spatial scattering indicatrices at normal impact"
-    return _numbered(figure, 12, title, alternative, "png")
+    return _numbered(figure, 12, "Spatial indicatrices at normal impact", alternative, "png")
 
 
 def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> None:
@@ -194,17 +184,17 @@ def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> No
 
     width, top = np.pi / SCATTERING_BINS, 0.0
     centres = (np.arange(SCATTERING_BINS) + 0.5) * width
-    for source in (DIRECT, TABLE):
-        sample = statistics.at(source, MIXTURE, alpha_deg)
+    for name in (MIXTURE, TABLE):
+        sample = statistics.curves[name].get(alpha_deg)
         if sample is None:
             continue
         density = _density(sample.scattering, sample.count, width)
         top = max(top, float(density.max()))
-        if source == DIRECT:
+        if name == MIXTURE:
             axes.fill(centres, density, color="#9fb6c9", label="mixture, direct")
         else:
             axes.plot(centres, density, color=TABLE_COLOUR, linewidth=1.4, label="mixture, table")
-    sphere, incident = np.radians(statistics.sphere_deg[alpha_deg][0]), np.radians(180 - alpha_deg)
+    sphere, incident = statistics.spheres[alpha_deg], np.radians(180 - alpha_deg)
     axes.plot([0, sphere], [0, 1.05 * top], color="#d1261b", linestyle="--", label="spheres")
     arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.6}
     ends = {"xy": (incident, 0.12 * top), "xytext": (incident, 1.1 * top)}
@@ -225,7 +215,6 @@ def _plane_figure(statistics: FigureStatistics) -> Picture:
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)
     alternative = (
-        "Polar plots of the density of the rebound angle of the mixture, direct simulation as an "
-        "area and the table as a line; an arrow for the incident particles, dashes for spheres."
+        "Polar densities of the angle of rebound; areas simulated, lines drawn, spheres dashed."
     )
     return _numbered(figure, 13, "Scattering indicatrices in the impact plane", alternative)

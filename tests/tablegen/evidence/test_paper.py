@@ -1,0 +1,88 @@
+"""``tablegen figures``: its files, and the numbers that it puts beside the paper's."""
+
+import sys
+
+import numpy as np
+import pytest
+from command_line import DONE
+from page_reader import read_page
+
+from tablegen.evidence import paper as papers
+from tablegen.evidence.paper_statistics import (
+    ANGLES,
+    SCATTERING_BINS,
+    SHAPES,
+    TABLE,
+    FigureStatistics,
+    sample_statistics_of,
+)
+
+COUNT = 5_000
+NAMES = {*(f"figure-{k:02d}.svg" for k in (3, 4, 5, 6, 7, 8, 9, 10, 13)), "figure-12.png"}
+
+
+def curve(skew):
+    """Samples whose numbers are known, to 5 standard errors."""
+    rng, found = np.random.default_rng(1), {}
+    for alpha_deg in ANGLES:
+        state = rng.normal(0.0, 0.05, (COUNT, 6))
+        state += 0.0, 0.5, 0.0, skew, 0.0, alpha_deg / 900.0
+        rotational = rng.normal(0.2 - abs(alpha_deg - 20.0) / 1000.0, 1e-4, COUNT)
+        collisions = rng.choice([1, 2, 7], COUNT, p=[0.5, 0.4, 0.1])
+        found[alpha_deg] = sample_statistics_of(alpha_deg, state, collisions, rotational)
+    return found
+
+
+def test_numbers_are_those_of_the_samples():
+    curves = {name: curve(0.0) for name in SHAPES} | {"prism": curve(0.01), TABLE: {}}
+    table = papers.number_table(FigureStatistics(curves, {}))
+    stated, ours, *rest = (dict(zip(table.head, row, strict=True)) for row in table.rows)
+    assert [float(x) for x in stated["ellipsoid"].split()] == [42.2, 31.2, 8.9, 4.3, 2.6, 10.8]
+    shares = [float(x) for x in ours["ellipsoid"].split()]
+    np.testing.assert_allclose(shares, [50.0, 40.0, 0.0, 0.0, 0.0, 10.0], atol=3.6)
+    rotational, energy, spin, positive, offset, mode, maxima = rest
+    assert rotational["mixture"] == "0.200 at 20°"
+    assert {row[TABLE] for row in rest} == {""}
+    low, _, high, _ = energy["mixture"].replace(",", "").split()
+    assert float(low) == pytest.approx(0.2575, abs=0.004) == float(high)
+    np.testing.assert_allclose([float(x) for x in spin["prism"].split(",")], 0.1, atol=0.03)
+    assert float(positive["prism"].split()[2].rstrip(",")) == pytest.approx(0.977, abs=0.011)
+    # the largest mean of 56 is above 5 errors by chance in 1 of 31,000; u and omega_z at 90 degrees
+    assert float(offset["prism"]) > 10.0
+    assert float(mode["prism"]) < 0.03
+    assert maxima["prism"] == "none"
+
+
+@pytest.mark.parametrize("shares", papers.COLLISIONS.values())
+def test_shares_of_the_paper_are_all(shares):
+    assert sum(shares) == pytest.approx(100.0, abs=0.15)
+
+
+@pytest.mark.parametrize("centres", [(40.0,), (40.0, 140.0), (0.0,)])
+def test_maxima_of_an_indicatrix(centres):
+    angles = (np.arange(SCATTERING_BINS) + 0.5) * 180.0 / SCATTERING_BINS
+    counts = sum(1000.0 * np.exp(-(((angles - c) / 12.0) ** 2)) for c in centres)
+    assert papers.indicatrix_maxima(counts) == pytest.approx(centres, abs=1.0)
+
+
+def test_command_writes_every_figure_and_the_numbers(run, tiny, tmp_path):
+    words = [tiny.path, "--output", tmp_path / "made", "--count", "1000", "--quiet"]
+    assert run("figures", *words).status == DONE
+    assert {path.name for path in (tmp_path / "made").iterdir()} == NAMES | {papers.PAGE}
+    page = read_page((tmp_path / "made" / papers.PAGE).read_text())
+    assert len(page.values("alt")) == len(NAMES)
+    assert {"42.2 31.2 8.9 4.3 2.6 10.8", "table"} <= set(page.texts)
+
+
+@pytest.mark.parametrize("place", ["none/there/x", "taken"])
+def test_refusals_name_the_folder(refused, monkeypatch, tmp_path, place):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "taken").write_text("mine")
+    assert f"got {place}" in refused("figures", "--output", place).replace("/paper.html", "")
+
+
+def test_without_matplotlib_nothing_is_simulated(refused, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setattr(papers, "make_statistics", None)
+    line = refused("figures", "--output", tmp_path / "x")
+    assert line.startswith("tablegen figures: needs matplotlib")
