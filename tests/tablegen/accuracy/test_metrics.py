@@ -3,7 +3,6 @@
 Seeds are fixed. Where a bound is statistical, its false-alarm rate for a random seed is stated.
 """
 
-import json
 import math
 
 import numpy as np
@@ -11,13 +10,9 @@ import pytest
 from scipy.stats import norm, wasserstein_distance
 
 from sampler.formats.layout import DATASETS
-from tablegen.accuracy.comparison import compare
-from tablegen.accuracy.descriptive import modes, profile, scattering_angles, translational_energy
 from tablegen.accuracy.metrics import (
     ESTIMATES,
-    RESOLUTION,
     Settings,
-    at_resolution,
     auc,
     classifier_scores,
     correlation_error,
@@ -192,71 +187,6 @@ def test_correlation_error_of_known_correlations():
     constant = np.column_stack((line, np.full(201, 0.1)))
     found = correlation_error(constant, np.column_stack((line, line)))
     assert found.value == pytest.approx(1.0)
-
-
-class TestModes:
-    def test_peaks_of_known_densities(self):
-        # Columns: normal (mode 1, mean 1), gamma of shape 3 (mode 2, mean 3), exponential (mode at
-        # its edge 0, mean 1), 60 % narrow and 40 % broad normal (mode -1, mean 0.2). Bounds are
-        # twice the largest error over 20 seeds or more, and far below the distance to the mean.
-        rng = np.random.default_rng(11)
-        narrow = rng.random(100_000) < 0.6
-        sample = np.column_stack(
-            (
-                rng.normal(1.0, 1.0, 100_000),
-                rng.gamma(3.0, 1.0, 100_000),
-                rng.exponential(1.0, 100_000),
-                np.where(narrow, rng.normal(-1, 0.2, 100_000), rng.normal(2, 0.6, 100_000)),
-            )
-        )
-        error = np.abs(modes(sample) - [1.0, 2.0, 0.0, -1.0])
-        assert (error < [0.1, 0.25, 0.05, 0.05]).all()
-        assert np.abs(sample.mean(axis=0) - [1.0, 2.0, 0.0, -1.0])[1:].min() > 0.9
-
-    def test_shared_value_constant_and_far_outlier(self):
-        sample = np.column_stack((np.r_[np.full(60, 0.7), np.linspace(0, 9, 40)], np.full(100, -2)))
-        np.testing.assert_array_equal(modes(sample), [0.7, -2.0])
-        sample = np.random.default_rng(13).normal(size=(10_000, 1))
-        sample[0] = 1e3
-        assert abs(modes(sample)[0]) < 0.5
-
-
-def test_scattering_angles_and_energy():
-    state = np.array([[0.5, 0.5, 0.0], [-0.3, 0.3, 0.0], [0.0, 0.6, 0.6], [0.3, 0.4, -0.5]])
-    state = np.hstack((state, np.full((4, 3), 9.0)))
-    alpha2, beta2 = scattering_angles(state)
-    pi = math.pi
-    np.testing.assert_allclose(alpha2, [pi / 4, 3 * pi / 4, pi / 2, math.atan2(0.4, 0.3)])
-    np.testing.assert_allclose(beta2, [0.0, 0.0, pi / 4, -pi / 4], atol=1e-15)
-    np.testing.assert_allclose(translational_energy(state), [0.5, 0.18, 0.72, 0.5])
-
-
-def test_comparison_holds_the_numbers_of_its_functions():
-    table, direct = 0.1 * normal(31, 2000), 0.1 * normal(41, 1500)
-    result = compare(table, direct, alpha_deg=42.5, speed=140.0, seed=3)
-    settings, blurred = Settings(seed=3), (at_resolution(table, 0), at_resolution(direct, 1))
-    assert result.estimates == {n: of(*blurred, settings) for n, of in ESTIMATES.items()}
-    assert result.distances()["ks"] == ks_distances(*blurred).tolist()
-    assert (result.table, result.direct, result.states) == (profile(table), profile(direct), 1500)
-    angles = np.degrees(scattering_angles(table))
-    np.testing.assert_allclose(result.table.scattering_mean_deg, angles.mean(axis=1))
-    assert json.loads(json.dumps(result.to_dict(), allow_nan=False))["states"] == 1500
-
-
-def test_less_than_the_resolution_counts_as_nothing():
-    """Rounding dust, both of one sign and of two, looks like zero; ten resolutions do not."""
-    direct = 0.1 * normal(51, 20_000)
-    direct[:, 0], direct[:, 1] = 6e-17, 1e-17 * np.sign(direct[:, 2])
-    table = 0.1 * normal(52, 20_000)
-    table[:, :2] = 0.0
-    found = compare(table, direct, 90.0, 97.0).estimates
-    # the first depends on the noise alone; the others fail for one seed in a thousand
-    assert max(found["ks"].by_variable[:2]) < 0.02
-    assert found["correlation_error"].value < 0.05
-    assert found["auc"].value < 0.53
-    table[:, 0] = 10.0 * RESOLUTION
-    found = compare(table, direct, 90.0, 97.0).estimates
-    assert min(found["ks"].by_variable[0], found["auc"].value) > 0.99
 
 
 def test_every_metric_has_its_function_and_the_file_stores_metrics_only():

@@ -5,7 +5,6 @@ import pickle
 import re
 import tomllib
 from dataclasses import replace
-from itertools import pairwise
 
 import pytest
 import tomli_w
@@ -16,8 +15,7 @@ from sampler.errors import InputError
 from sampler.files import data_directory
 from sampler.formats.channels import STATE, VARIABLES, WORKS
 from sampler.formats.hdf5 import read_table, write_table
-from tablegen.config.config import AccuracyTargets, load_config, parse_config, stored_config
-from tablegen.config.metric_table import CHAIN_LIMITS, PRESETS, SPIN_PRESETS
+from tablegen.config.config import load_config, parse_config, stored_config
 from tablegen.config.population import FixedAspect, TruncatedNormalAspect
 from tablegen.config.scenes import merged
 
@@ -204,27 +202,6 @@ class TestStored:
         write_table(path, replace(self.TABLE, config="[" * 5000))
         assert "config: " in refused("validate", path)
         assert "declared          ?" in run("inspect", path).out
-
-
-class TestPresets:
-    @pytest.mark.parametrize("name", PRESETS)
-    def test_name_stands_for_its_numbers(self, name):
-        accuracy = AccuracyTargets.model_validate({"preset": name})
-        assert accuracy.model_dump() == {"preset": name, **PRESETS[name]}
-        own = AccuracyTargets.model_validate({"preset": name, "ks": 0.007})
-        assert (own.ks, own.auc) == (0.007, PRESETS[name]["auc"])
-
-    def test_finer_presets_allow_less_and_standard_is_the_default(self):
-        for coarse, fine in pairwise(("compact", "standard", "fine")):
-            for metric, allowed in PRESETS[fine].items():
-                assert allowed < PRESETS[coarse][metric], metric
-        assert AccuracyTargets.model_validate({}).preset == "standard"
-
-    def test_limits_of_the_spin_law_change_the_preset_of_the_table(self):
-        changes = {"accuracy": {"preset": "compact"}, "spin_accuracy": {"chain_spin": 0.2}}
-        targets = load_config("corundum-steel").with_changes(changes).spin_targets.model_dump()
-        limits = {**SPIN_PRESETS["compact"], **CHAIN_LIMITS, "chain_spin": 0.2}
-        assert targets == {"preset": "compact", **limits}
 
 
 def test_page_of_laws_has_the_bounds_of_the_code():
