@@ -79,15 +79,15 @@ class CheckpointStore:
         stamp = self.folder / _STAMP
         try:
             self.folder.mkdir(exist_ok=True)
-            found = stamp.read_text() if stamp.is_file() else ""
-            if not found and any(self.folder.iterdir()):
+            stamped = stamp.read_text() if stamp.is_file() else ""
+            if not stamped and any(self.folder.iterdir()):
                 raise InputError(
                     f"output: got {self.folder}, which is not of an unfinished run, "
                     "allowed: a file without such a folder"
                 )
             self.resumed = not discard and bool(self._pieces())
             if self.resumed:
-                self._check_can_resume(found, resume)
+                self._check_can_resume(stamped, resume)
                 return
             for path in self._pieces():
                 path.unlink()
@@ -95,9 +95,9 @@ class CheckpointStore:
         except OSError as error:
             raise InputError(f"output: cannot make {self.folder}: {error.strerror}") from error
 
-    def _check_can_resume(self, found: str, resume: bool) -> None:
+    def _check_can_resume(self, stamped: str, resume: bool) -> None:
         """Refuse checkpoints of another run, or about which the user said nothing."""
-        same = found == self._stamp
+        same = stamped == self._stamp
         if not (same and resume):
             other = "" if same else ", made from another configuration or version"
             pieces = len(self._pieces())
@@ -206,9 +206,9 @@ class TaskRunner:
         """
         done: dict[str, Arrays] = {}
         for key in tasks:
-            if self._store and (found := self._store.load(key)) is not None:
-                done[key] = found
-                on_result(key, found)
+            if self._store and (kept := self._store.load(key)) is not None:
+                done[key] = kept
+                on_result(key, kept)
         missing = {key: task for key, task in tasks.items() if key not in done}
         counted = bar(
             self._progress and bool(missing),

@@ -1,7 +1,6 @@
 """Results of a validation as tables and sentences, for terminal and page."""
 
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 from tablegen.accuracy.comparison import Comparison, Measured
 from tablegen.accuracy.judgement import Judged, advice
@@ -15,19 +14,17 @@ _JUDGED = (
 )
 
 
-def numbers_table(
-    numbers: Sequence[Judged], stored: Mapping[str, float] = MappingProxyType({})
-) -> TextTable:
+def numbers_table(numbers: Sequence[Judged], stored: Mapping[str, float]) -> TextTable:
     """Make the table of judged numbers, beside those that the table file stores."""
     head = ["", "worst", "error", "limit", "", "stored", "worst at"]
     rows = []
     for number in numbers:
-        metric, found = metric_of(number.name), number.estimate
+        metric, estimate = metric_of(number.name), number.estimate
         rows.append(
             [
                 number.name,
-                metric.text(found.value),
-                metric.text(found.error),
+                metric.text(estimate.value),
+                metric.text(estimate.error),
                 f"{number.allowed:g}",
                 "holds" if number.holds else "MISSED",
                 metric.text(stored[number.name]) if number.name in stored else "",
@@ -44,8 +41,8 @@ def conditions_table(measured: Sequence[Measured], caption: str) -> TextTable:
     for comparison in measured:
         cells = [comparison.place.replace(" degrees", "°")]
         for name, metric in METRICS.items():
-            found = comparison.estimates[name]
-            cells += [metric.text(found.value), metric.text(found.error)]
+            estimate = comparison.estimates[name]
+            cells += [metric.text(estimate.value), metric.text(estimate.error)]
         rows.append(cells)
     return TextTable(caption, head, rows)
 

@@ -87,19 +87,19 @@ def compare_chain(
     speed = np.full(samples, _FIRST_SPEED * speeds_measured(config)[1])
     first = first_impacts(alpha1, speed, model.grains(seed, index), index)
     kinds = np.full(samples, WALLS.index(walls))
-    drawn, direct, found = first, first, []
+    drawn, direct, hits = first, first, []
     for hit in range(1, HITS + 1):
         simulated = depart(model, direct, seed, threads=1)
         states = draw(drawn)
         by_table = Departures(drawn, states, np.zeros((samples, 4)), np.zeros((samples, 2)))
         place = f"hit {hit}, {walls} wall, {alpha_deg:g} degrees first"
-        found.append(after_hit(place, by_table, simulated))
+        hits.append(after_hit(place, by_table, simulated))
         numbers = uniform_numbers(seed, index, hit)
         drawn, direct = (
             _grazing(next_impacts(of, departures, kinds, numbers))
             for of, departures in ((None, by_table), (model, simulated))
         )
-    return found[1:]
+    return hits[1:]
 
 
 def _grazing(impacts: Impacts) -> Impacts:

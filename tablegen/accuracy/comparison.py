@@ -28,8 +28,8 @@ class Measured:
 
     def distances(self) -> dict[str, float | list[float]]:
         """Give the distances of the samples by metric, noise included; lists are by variable."""
-        found = {name: estimate.distance for name, estimate in self.estimates.items()}
-        return {name: list(d) if isinstance(d, tuple) else d for name, d in found.items()}
+        distances = {name: estimate.distance for name, estimate in self.estimates.items()}
+        return {name: list(d) if isinstance(d, tuple) else d for name, d in distances.items()}
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Comparison(Measured):
             "direct": asdict(self.direct),
             "components": self.variables,
             "states": self.states,
-            "estimates": {name: asdict(found) for name, found in self.estimates.items()},
+            "estimates": {name: asdict(estimate) for name, estimate in self.estimates.items()},
         }
 
 

@@ -16,7 +16,7 @@ _MARGIN = 0.2
 #: Largest number of conditions whose spread over the plane is optimised; more would take seconds.
 _OPTIMISED = 256
 
-#: Angles over the largest, of the last two conditions of particles with their own grain.
+#: Angles of the last two conditions of particles with their own grain, over the largest.
 _STEEP = (0.96, 0.99)
 
 #: Purpose of the random numbers, next to the seed.

@@ -57,12 +57,12 @@ def judge(
     measured: Sequence[Measured], targets: AccuracyTargets | SpinTargets, prefix: str = ""
 ) -> list[Judged]:
     """Find the worst number of each limit; none if nothing was measured."""
-    found = []
+    judged = []
     for name in measured[0].estimates if measured else ():
         worst = max(measured, key=lambda one: one.estimates[name].certain)
         allowed = getattr(targets, name)
-        found.append(Judged(f"{prefix}{name}", worst.estimates[name], allowed, worst.place))
-    return found
+        judged.append(Judged(f"{prefix}{name}", worst.estimates[name], allowed, worst.place))
+    return judged
 
 
 def advice(numbers: Sequence[Judged]) -> str:

@@ -22,8 +22,8 @@ from tablegen.progress import bar, thread_pool
 from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 
-#: Least number of states a side, and this over the square of the declared Kolmogorov-Smirnov
-#: distance where that is more: the noise is then a fifth of the declared distance.
+#: Least number of states a side; and their number times the square of the declared
+#: Kolmogorov-Smirnov distance, so that the noise is a fifth of that distance.
 _LEAST_SAMPLES = 100_000
 _SAMPLES = 40.0
 
@@ -48,12 +48,12 @@ def in_threads(
     ``tick`` is called with 1 for each finished piece. Numerical libraries keep to one thread,
     because more would change the last bit of sums.
     """
-    found = []
+    results = []
     with threadpool_limits(limits=1), thread_pool(processors()) as pool:
         for result in pool.map(work, pieces):
-            found.append(result)
+            results.append(result)
             tick(1)
-    return found
+    return results
 
 
 def sample_size(targets: AccuracyTargets) -> int:
@@ -131,8 +131,8 @@ def spin_accuracy_datasets(
         **{name: [hit.estimates[name].value for hit in hits] for name in CHAINS},
     }
     wide = {"spin": 3, "ks": len(own[0].variables if own else STATE)}
-    found = {name: np.array(values, dtype=np.float64) for name, values in columns.items()}
+    arrays = {name: np.array(values, dtype=np.float64) for name, values in columns.items()}
     return {
         f"{ACCURACY}{name}": values.reshape(-1, wide[name]) if name in wide else values
-        for name, values in found.items()
+        for name, values in arrays.items()
     }

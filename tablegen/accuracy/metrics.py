@@ -10,7 +10,7 @@ by at most its *noise*: the mean distance of two samples of one law. An error is
 plus a third of the noise, so that the distance of the laws is rarely below three errors less.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,7 +56,7 @@ class Estimate:
 
     @property
     def certain(self) -> float:
-        """Distance of the laws that is certain: three errors less; infinite if it is no number."""
+        """Distance of the laws that is certain: three errors less; infinite for NaN."""
         low = self.value - 3.0 * self.error
         return low if np.isfinite(low) else float("inf")
 
@@ -87,15 +87,10 @@ def at_resolution(values: FloatArray, key: int) -> FloatArray:
     return values + RESOLUTION * np.random.default_rng(key).standard_normal(values.shape)
 
 
-def estimated(
-    table: FloatArray,
-    direct: FloatArray,
-    settings: Settings,
-    metrics: Iterable[str] = tuple(METRICS),
-) -> dict[str, Estimate]:
-    """Estimate metrics of two samples (n, d) and (m, d) at `RESOLUTION`, by name."""
+def estimated(table: FloatArray, direct: FloatArray, settings: Settings) -> dict[str, Estimate]:
+    """Estimate all metrics of two samples (n, d) and (m, d) at `RESOLUTION`, by name."""
     table, direct = at_resolution(table, 0), at_resolution(direct, 1)
-    return {name: ESTIMATES[name](table, direct, settings) for name in metrics}
+    return {name: estimate(table, direct, settings) for name, estimate in ESTIMATES.items()}
 
 
 def ks(table: FloatArray, direct: FloatArray) -> Estimate:
@@ -129,9 +124,9 @@ def ratio(table: FloatArray, direct: FloatArray) -> Estimate:
 
 
 def correlation_error(table: FloatArray, direct: FloatArray) -> Estimate:
-    """Estimate the error of a correlation, of (n, d) and (m, d) states: that which is most certain.
+    """Estimate the most certain error of a correlation between states (n, d) and (m, d).
 
-    A few rare rebounds carry the correlations of grazing impacts, so that their errors differ.
+    Errors differ: a few rare rebounds carry the correlations of grazing impacts.
     """
     variance = correlation_variances(table) / len(table)
     variance += correlation_variances(direct) / len(direct)

@@ -24,7 +24,7 @@ from tablegen.accuracy.judgement import Judged, judge
 from tablegen.accuracy.measure import measure, measure_chains, sample_size
 from tablegen.config.config import AccuracyTargets, Config, stored_config
 from tablegen.config.defaults import VALIDATE_CONDITIONS
-from tablegen.config.metric_table import SPIN, worst_spin_stored, worst_stored
+from tablegen.config.metric_table import SPIN, worst_stored
 from tablegen.config.targets import SpinTargets, asked_accuracy
 
 #: Bits of a random seed: few enough to type.
@@ -180,7 +180,7 @@ def validate_contents(
     elif table.has_spin:
         own = pick_own_conditions(table, conditions, seed)
     how: dict[str, Any] = {"seed": seed, "progress": progress}
-    spin_stored = worst_spin_stored(contents.datasets)
+    stored = worst_stored(contents.datasets, "spin_accuracy")
     return Validation(
         table=name,
         content_sha256=contents.content_sha256,
@@ -188,7 +188,7 @@ def validate_contents(
         config=config,
         asked=asked,
         asked_spin=asked_spin,
-        stored=(worst_stored(table.accuracy) or {}) | {SPIN + k: x for k, x in spin_stored.items()},
+        stored=worst_stored(contents.datasets) | {SPIN + k: x for k, x in stored.items()},
         comparisons=measure(table, config, places, samples=samples or sample_size(asked), **how),
         own=measure(table, config, own, samples=samples or sample_size(asked_spin), **how),
         hits=measure_chains(table, config, samples=samples, **how) if own else [],

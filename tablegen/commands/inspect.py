@@ -86,7 +86,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "content_sha256": contents.content_sha256,
         "bytes_in_memory": table.nbytes,
         "declared": _declared(contents.config),
-        "worst": worst_stored(accuracy),
+        "worst": worst_stored(contents.datasets) or None,
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
     }
 

@@ -47,10 +47,8 @@ def _odd(value: int | None) -> int | None:
 PLANE = ("u", "v", "omega_z")
 _OUT_OF_PLANE = ("w", "omega_x", "omega_y")
 
-
 #: Speed after the sixth wall over that before the first, or less.
 _SLOWED = 0.02
-
 
 #: A largest angle below this many degrees is doubted.
 _LIKE_RADIANS = 2.0

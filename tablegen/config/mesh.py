@@ -70,8 +70,8 @@ class MeshFile:
     name: str
     #: Corners of the convex hull, in units and axes of the file.
     vertices: Vertices
-    #: Volume of the mesh over that of its convex hull, 1 for a convex mesh; None: a surface that is
-    #: open, or whose faces do not agree on a side, encloses none.
+    #: Volume of the mesh over that of its convex hull, 1 for a convex mesh; None where the surface
+    #: is open, or its faces disagree on the outside.
     solidity: float | None
 
     @property

@@ -145,23 +145,13 @@ def little_declared(declared: Mapping[str, float]) -> str:
     return text if names else ""
 
 
-def worst_stored(accuracy: Mapping[str, Any]) -> dict[str, float] | None:
-    """Return the largest stored distance of each metric, of a `sampler.Table.accuracy`.
+def worst_stored(datasets: Mapping[str, Any], group: str = "accuracy") -> dict[str, float]:
+    """Return the largest distance that a table file stores, of each limit that was measured.
 
-    None if nothing was measured.
+    Datasets are given by path. The group of the spin law is "spin_accuracy".
     """
-    if accuracy["alpha_deg"].size == 0:
-        return None
-    return {name: float(accuracy[name].max()) for name in METRICS if name in accuracy}
-
-
-def worst_spin_stored(datasets: Mapping[str, Any]) -> dict[str, float]:
-    """Return the largest stored distance of each limit of a spin law that was measured.
-
-    `datasets` are those of a table file by their paths.
-    """
-    found = {name: datasets.get(f"spin_accuracy/{name}") for name in (*METRICS, *CHAINS)}
-    return {k: float(v.max()) for k, v in found.items() if v is not None and v.size}
+    stored = {name: datasets.get(f"{group}/{name}") for name in (*METRICS, *CHAINS)}
+    return {k: float(v.max()) for k, v in stored.items() if v is not None and v.size}
 
 
 def errors_text(values: Mapping[str, float]) -> str:

@@ -127,7 +127,7 @@ class MeshShape(Record):
 def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
     """Concatenate meshes for kernels."""
     maps = [particle.support_map for particle in particles]
-    lengths = [(len(found.starts), len(found.points)) for found in maps]
+    lengths = [(len(one.starts), len(one.points)) for one in maps]
     firsts = np.zeros((len(particles) + 1, 2), dtype=np.int64)
     np.cumsum(np.array(lengths, dtype=np.int64).reshape(-1, 2), axis=0, out=firsts[1:])
     sizes = [(*p.half_sizes[1:], p.bounding_radius) for p in particles]
@@ -136,11 +136,11 @@ def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
         moments=np.array([p.moments for p in particles]).reshape(-1, 3),
         sizes=np.array(sizes, dtype=np.float64).reshape(-1, 3),
         firsts=firsts,
-        resolutions=np.array([found.resolution for found in maps], dtype=np.int64),
+        resolutions=np.array([one.resolution for one in maps], dtype=np.int64),
         slack=SLACK,
-        longest=max((longest_list(found) for found in maps), default=0),
-        starts=np.concatenate([np.zeros(0, dtype=np.int64), *(found.starts for found in maps)]),
-        points=np.concatenate([none, *(found.points for found in maps)]),
+        longest=max((longest_list(one) for one in maps), default=0),
+        starts=np.concatenate([np.zeros(0, dtype=np.int64), *(one.starts for one in maps)]),
+        points=np.concatenate([none, *(one.points for one in maps)]),
     )
 
 
@@ -220,13 +220,13 @@ class Population(Record):
         """Split the population into its shapes and meshes of positive weight, in their order."""
         weights, meshes = self.shapes.positive(), self._weighty_meshes()
         total = sum(weights.values()) + sum(mesh.weight for mesh in meshes)
-        found = [
+        strata = [
             Stratum(SHAPE_CODES[name], weight / total, self.restricted_to(name))
             for name, weight in weights.items()
         ]
         for k, mesh in enumerate(meshes):
-            found.append(Stratum(FIRST_MESH + k, mesh.weight / total, Population(meshes=(mesh,))))
-        return tuple(found)
+            strata.append(Stratum(FIRST_MESH + k, mesh.weight / total, Population(meshes=(mesh,))))
+        return tuple(strata)
 
     def of_mesh(self, mesh: MeshFile) -> "Population":
         """Give every particle the form of one mesh, from `tablegen.config.mesh.read_mesh`."""

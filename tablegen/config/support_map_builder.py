@@ -51,15 +51,14 @@ def cell_frames(resolution: int) -> tuple[FloatArray, FloatArray]:
     return centres, radii
 
 
-def make_map(hull: ConvexHull, slack: float = SLACK, resolution: int | None = None) -> SupportMap:
-    """Make the look-up of a convex polyhedron, of which all ``hull.points`` are vertices.
+def make_map(hull: ConvexHull, slack: float = SLACK) -> SupportMap:
+    """Make the look-up of a convex polyhedron: all ``hull.points`` are vertices.
 
-    A direction may turn away from its cell by `slack` [rad]. By default the resolution gives about
-    one and a half cells a vertex: still smaller cells would hardly shorten the lists.
+    A direction may turn away from its cell by `slack` [rad].
     """
     points = np.ascontiguousarray(hull.points)
-    if resolution is None:
-        resolution = int(np.clip(round(math.sqrt(0.25 * len(points))), _LEAST, _MOST))
+    # one and a half cells a vertex: smaller cells would hardly shorten the lists
+    resolution = int(np.clip(round(math.sqrt(0.25 * len(points))), _LEAST, _MOST))
     centres, radii = cell_frames(resolution)
     start, end, owners = _cone_sides(hull)
     cells, sides = _near_pairs(centres, radii + slack + ROUNDING, start, end)
@@ -89,9 +88,9 @@ def _near_pairs(
         middle = start[short] + end[short]
         tree = cKDTree(middle / np.linalg.norm(middle, axis=1, keepdims=True))
         chords = 2.0 * np.sin(0.5 * np.minimum(reach + _SHORT, np.pi))
-        found = tree.query_ball_point(centres, chords)
-        cells = np.append(cells, np.repeat(np.arange(len(centres)), [len(i) for i in found]))
-        arcs = np.append(arcs, short[np.concatenate(found).astype(np.intp)])
+        near = tree.query_ball_point(centres, chords)
+        cells = np.append(cells, np.repeat(np.arange(len(centres)), [len(i) for i in near]))
+        arcs = np.append(arcs, short[np.concatenate(near).astype(np.intp)])
     near = _distance_to_arcs(centres[cells], start[arcs], end[arcs]) <= reach[cells]
     return cells[near], arcs[near]
 

@@ -23,7 +23,7 @@ from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate
 
-#: Purposes of random numbers, which share none.
+#: Purposes of random numbers; no two share any.
 REFERENCE, TRAINING, FLOOR, FIT, TIMED, BATCHES = range(6)
 
 #: Directions of the sliced Wasserstein distance.
@@ -138,15 +138,15 @@ def batch_errors(
     """
     state, few = draw(budget.batch, seed), min(budget.classified, budget.batch)
     start = batch * few % (len(reference) - few + 1)
-    found = {"forbidden": forbidden_share(state)}
+    errors = {"forbidden": forbidden_share(state)}
     for name, metric in METRICS.items():
         if metric.learned:
             part = reference[start : start + few]
             estimate = ESTIMATES[name](state[:few], part, Settings(batch, classified=None))
         else:
             estimate = ESTIMATES[name](state, reference, Settings(0, _DIRECTIONS))
-        found[name] = estimate.value
-    return found
+        errors[name] = estimate.value
+    return errors
 
 
 def best_seconds(work: Callable[[], object], repeats: int = 3) -> float:
@@ -171,10 +171,9 @@ def run_benchmark(
 ) -> Benchmark:
     """Fit and time all methods at one condition, and measure their errors.
 
-    Fits and timings come first, one method after the other, while nothing else runs.
-
-    The condition is an impact angle [degrees] and a speed [m/s]. The seeds are that of the report
-    and the number of the condition; conditions share no random numbers.
+    Fits and timings come first, one method after the other, while nothing else runs. The condition
+    is an impact angle [degrees] and a speed [m/s]; ``seeds`` are the seed of the report and the
+    number of the condition.
     """
     alpha_deg, speed = condition
 
@@ -216,6 +215,6 @@ def _all_errors(
         return batch_errors(draws[k], reference, budget, r, seed)
 
     pieces = [(k, r) for k in range(len(draws)) for r in range(budget.batches)]
-    found = in_threads(errors, pieces, tick)
-    parts = [found[k : k + budget.batches] for k in range(0, len(found), budget.batches)]
+    measured = in_threads(errors, pieces, tick)
+    parts = [measured[k : k + budget.batches] for k in range(0, len(measured), budget.batches)]
     return [{name: batch_mean([b[name] for b in part]) for name in part[0]} for part in parts]

@@ -83,7 +83,7 @@ def simulated(case: BenchmarkCase, numerics: dict[str, float] | None = None) -> 
 
 def baseline_methods() -> list[SamplingMethod]:
     """Make the methods that one would use without a table."""
-    found: list[tuple[str, str, Callable[[BenchmarkCase], FittedMethod]]] = [
+    baselines: list[tuple[str, str, Callable[[BenchmarkCase], FittedMethod]]] = [
         ("independent marginals", "257 quantiles", independent_marginals),
         ("stored states", "4,096 stored states", partial(stored_states, count=4096)),
         ("stored states", "16,384 stored states", partial(stored_states, count=16_384)),
@@ -91,7 +91,7 @@ def baseline_methods() -> list[SamplingMethod]:
         ("Gaussian mixture", "40 components", partial(gaussian_mixture, components=40)),
         ("kernel resampling", "Gaussian kernels", kernel_resampling),
     ]
-    return [SamplingMethod(family, name, CONDITION, prepare) for family, name, prepare in found]
+    return [SamplingMethod(family, name, CONDITION, prepare) for family, name, prepare in baselines]
 
 
 def independent_marginals(case: BenchmarkCase) -> FittedMethod:

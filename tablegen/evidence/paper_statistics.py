@@ -28,7 +28,7 @@ SHAPES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron", MIXTURE)
 #: Name of the sample of the mixture that is drawn from the table.
 TABLE = "table"
 
-#: At normal impact, of which the paper says most, this many times as many particles.
+#: Factor of the particles at normal impact, of which the paper says most.
 NORMAL_FACTOR = 5
 
 #: Bins of densities: range and number; bins of the indicatrices in alpha2, and in alpha2 and beta2.
@@ -119,7 +119,7 @@ def make_statistics(
     There are `count` particles of each shape at each angle, `NORMAL_FACTOR` times as many at
     normal impact. `tick` is called after each sample.
     """
-    found = FigureStatistics({name: {} for name in (*SHAPES, TABLE)}, {})
+    statistics = FigureStatistics({name: {} for name in (*SHAPES, TABLE)}, {})
     departing = config.with_changes({"domain": {"omega": "departure"}})  # as in the paper
     (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
     spheres = config.population.restricted_to("sphere")
@@ -132,11 +132,11 @@ def make_statistics(
                 departing, alpha1, SPEED, size, seed=seed, stream=stream, population=of_shape
             )
             parts = made.state, made.collisions, made.energy[:, 1]
-            found.curves[shape][alpha_deg] = sample_statistics_of(alpha_deg, *parts)
+            statistics.curves[shape][alpha_deg] = sample_statistics_of(alpha_deg, *parts)
             tick()
         if first - 1e-9 <= alpha_deg <= last + 1e-9 and slow <= SPEED <= fast:
             state = table.sample(alpha1, SPEED, seed=seed, hit=i, index=np.arange(size))
-            found.curves[TABLE][alpha_deg] = sample_statistics_of(alpha_deg, state)
+            statistics.curves[TABLE][alpha_deg] = sample_statistics_of(alpha_deg, state)
         one = simulate(config, alpha1, SPEED, 1, seed=seed, population=spheres).state
-        found.spheres[alpha_deg] = float(scattering_angles(one)[0][0])
-    return found
+        statistics.spheres[alpha_deg] = float(scattering_angles(one)[0][0])
+    return statistics

@@ -26,7 +26,7 @@ LOOKS = {
 #: Label of the abscissa of errors.
 _TIME = "time of a draw [ns, one thread]"
 
-#: Single hue from little to much, which is told by lightness.
+#: Colour map of one hue: the darker, the more.
 _SHADES = "YlGnBu"
 
 #: Part of a sample that each side of a window may leave out.

@@ -65,7 +65,7 @@ class SpinningWay:
     name: str
     #: Processor time of a rebound, in batches on one thread.
     batch_nanoseconds: float
-    #: Worst numbers along chains; none of direct simulation, which they are beside.
+    #: Worst numbers along chains; none of direct simulation, the reference.
     numbers: tuple[Judged, ...]
 
 
@@ -85,7 +85,7 @@ class Report:
     machine: dict[str, Any]
     #: Every method at each condition.
     races: tuple[Benchmark, ...]
-    #: Empty for a table in whose range no chain begins.
+    #: Empty if no chain begins in the range of the table.
     spinning: tuple[SpinningWay, ...]
     atlas: AccuracyMap
     #: Wall time of the measurements.
@@ -211,7 +211,7 @@ def measure_spinning(
 ) -> tuple[SpinningWay, ...]:
     """Time ways to rebound spinning particles at the impacts of chains, and compare them there.
 
-    There is none for a table with too few angles for a chain to begin there.
+    There is none if no chain begins at the angles of the table.
     """
     model, pilot = DirectModel(config), np.arange(budget.timed, dtype=np.uint64)
     impacts = occurring_impacts(config, model, seed, pilot, 1)
@@ -223,15 +223,15 @@ def measure_spinning(
     draws: dict[str, Draw] = {"table, without spin": drawn_from(table, seed, 1, spin=False)}
     if table.has_spin:
         draws["table, with spin"] = drawn_from(table, seed, 1)
-    found = {"direct simulation": list[LaterHit]()}
+    hits_of = {"direct simulation": list[LaterHit]()}
     for name, draw in draws.items():
         chains = chains_of(draw, config, seed, budget.chained)
         parts = in_threads(lambda chain: chain(), chains, lambda _: None)
-        found[name] = [hit for part in parts for hit in part]
-    if not found["table, without spin"]:
+        hits_of[name] = [hit for part in parts for hit in part]
+    if not hits_of["table, without spin"]:
         return ()
     ways = []
-    for name, hits in found.items():
+    for name, hits in hits_of.items():
         cost = best_seconds(partial(draws.get(name, simulated), impacts), 5) / len(impacts.index)
         ways.append(SpinningWay(name, 1e9 * cost, tuple(judge(hits, config.spin_targets))))
     return tuple(ways)

@@ -48,9 +48,9 @@ def method_rows(race: Benchmark) -> list[list[str]]:
 
 def worst_share(point: Measured, declared: Mapping[str, float]) -> tuple[float, str]:
     """Find the largest distance in units of the declared one, and its metric."""
-    found = point.estimates
     return max(
-        (METRICS[name].share(found[name].value, most), name) for name, most in declared.items()
+        (METRICS[name].share(point.estimates[name].value, most), name)
+        for name, most in declared.items()
     )
 
 
@@ -77,34 +77,44 @@ def headline(report: Report, config: Config) -> Headline:
 def report_sections(
     report: Report, pictures: Mapping[str, Picture] = MappingProxyType({})
 ) -> list[Section]:
-    """Sections of the measurements of a report, with the given pictures."""
-    table, effort, machine = sampler.load(report.table), report.effort, report.machine
-    config = stored_config(table.config, f"{report.table}: config")
+    """Make the sections of the measurements of a report, with the given pictures."""
+    config = stored_config(sampler.load(report.table).config, f"{report.table}: config")
     declared = {name: getattr(config.accuracy, name) for name in METRICS}
+    accuracy: list[Block] = [
+        "Every distance holds the noise of two finite samples.",
+        *([pictures["map"]] if pictures else []),
+        TextTable("Conditions, the worst first", MAP_HEAD, map_rows(report, declared)),
+    ]
+    return [
+        Section("Summary", _summary(report, config)),
+        Section("Accuracy over angle and speed", accuracy),
+        Section("Error against run time", _methods(report, pictures)),
+        Section("Particles that arrive spinning", _spinning(report)),
+    ]
 
-    def shown(name: str) -> list[Picture]:
-        return [pictures[name]] if name in pictures else []
 
-    first = report.races[-1]
+def _summary(report: Report, config: Config) -> list[Block]:
+    """Say whether the accuracy holds, and how large and how fast the table is."""
+    race, machine = report.races[-1], report.machine
     direct, drawn = (
-        next(r.nanoseconds for r in first.runners if r.family == family)
+        next(r.nanoseconds for r in race.runners if r.family == family)
         for family in ("direct simulation", "table")
     )
-    summary: list[Block] = [
+    return [
         headline(report, config),
         f"{report.table_bytes:,} bytes for the whole range of angles and speeds; "
         f"{report.random_nanoseconds:.0f} ns a draw at random conditions. Direct simulation takes "
-        f"{direct / drawn:.1f} times the time of a draw at {_place(first)}.",
+        f"{direct / drawn:.1f} times the time of a draw at {_place(race)}.",
         f"Made with seed {report.seed} in {report.seconds:.0f} s on {machine['processor']}, "
         f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}. Times are "
         "processor times of one thread.",
     ]
-    accuracy: list[Block] = [
-        "Every distance holds the noise of two finite samples.",
-        *shown("map"),
-        TextTable("Conditions, the worst first", MAP_HEAD, map_rows(report, declared)),
-    ]
-    methods: list[Block] = [
+
+
+def _methods(report: Report, pictures: Mapping[str, Picture]) -> list[Block]:
+    """Put all methods beside each other, at each condition."""
+    effort = report.effort
+    blocks: list[Block] = [
         f"Each method gives {effort.batches} batches of {effort.batch:,} states, compared with "
         f"{effort.reference:,} direct ones; the classifier sees {effort.classified:,} a side. "
         "Bars: 95 % confidence intervals of the mean. Grey: direct batches against the reference.",
@@ -113,9 +123,16 @@ def report_sections(
         "judged. Forbidden: share of states that no rebound can have.",
     ]
     for k, race in enumerate(report.races):
-        methods += shown(f"methods-{k}")
-        methods.append(TextTable(f"At {_place(race)}", METHOD_HEAD, method_rows(race)))
-    spinning = [
+        blocks += [pictures[f"methods-{k}"]] if pictures else []
+        blocks.append(TextTable(f"At {_place(race)}", METHOD_HEAD, method_rows(race)))
+    return blocks
+
+
+def _spinning(report: Report) -> list[Block]:
+    """Put the ways to rebound spinning particles beside each other."""
+    if not report.spinning:
+        return ["No chain of impacts begins in the range of the table."]
+    rows = [
         [
             way.name,
             f"{way.batch_nanoseconds:,.0f}",
@@ -125,17 +142,7 @@ def report_sections(
         for way in report.spinning
     ]
     caption = "Largest error over the second to sixth hits of chains"
-    return [
-        Section("Summary", summary),
-        Section("Accuracy over angle and speed", accuracy),
-        Section("Error against run time", methods),
-        Section(
-            "Particles that arrive spinning",
-            [TextTable(caption, SPINNING_HEAD, spinning)]
-            if spinning
-            else ["No chain of impacts begins in the range of the table."],
-        ),
-    ]
+    return [TextTable(caption, SPINNING_HEAD, rows)]
 
 
 def _place(race: Benchmark) -> str:

@@ -68,16 +68,16 @@ class Outcome:
     @property
     def failures(self) -> dict[str, str]:
         """Failures of the model by kind, a line each."""
-        f, found = self.figures, {}
+        f, failed = self.figures, {}
         if self.non_finite:
-            found["not finite"] = f"{self.non_finite} of {self.particles} particles are not finite"
+            failed["not finite"] = f"{self.non_finite} of {self.particles} particles are not finite"
         if self.unfinished:
-            found["unfinished"] = "a particle is unfinished"
+            failed["unfinished"] = "a particle is unfinished"
         if f is not None:
-            found |= failures_of(f.growth, MOST_GROWTH, f.least_velocity)
+            failed |= failures_of(f.growth, MOST_GROWTH, f.least_velocity)
         if f is not None and f.depth > MOST_DEPTH:
-            found["in the wall"] = f"a contact is {f.depth:.3g} a deep, allowed: {MOST_DEPTH:g}"
-        return found
+            failed["in the wall"] = f"a contact is {f.depth:.3g} a deep, allowed: {MOST_DEPTH:g}"
+        return failed
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and names, for JSON."""
@@ -171,13 +171,13 @@ def _figures(
             return None
         return float(np.abs(halved.state - usual.state)[kept].max(axis=1).mean())
 
-    found = usual.audit
+    worst = usual.audit
     gained = usual.energy[kept].sum(axis=1).max() - 1.0
     return Figures(
-        growth=float(max(found[audit.ENERGY], gained)),
-        residual=float(found[[audit.ANGULAR, audit.NORMAL, audit.TANGENTIAL]].max()),
-        drift=float(found[[audit.FLIGHT_ENERGY, audit.FLIGHT_MOMENTUM]].max()),
-        depth=float(found[audit.PENETRATION]),
+        growth=float(max(worst[audit.ENERGY], gained)),
+        residual=float(worst[[audit.ANGULAR, audit.NORMAL, audit.TANGENTIAL]].max()),
+        drift=float(worst[[audit.FLIGHT_ENERGY, audit.FLIGHT_MOMENTUM]].max()),
+        depth=float(worst[audit.PENETRATION]),
         least_velocity=float(usual.state[kept, 1].min()),
         most_collisions=int(usual.collisions[kept].max()),
         mean_collisions=float(usual.collisions[kept].mean()),

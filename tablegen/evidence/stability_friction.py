@@ -28,12 +28,12 @@ MOST_GAIN = 1e-9
 
 def failures_of(growth: float | None, most: float, velocity: float | None) -> dict[str, str]:
     """Failures of a gain of energy and a least v+ [V], a line each; None is no failure."""
-    found = {}
+    failures = {}
     if growth is not None and growth > most:
-        found["growing energy"] = f"energy grows by {growth:.3g}, allowed: {most:g}"
+        failures["growing energy"] = f"energy grows by {growth:.3g}, allowed: {most:g}"
     if velocity is not None and velocity <= 0.0:
-        found["not leaving"] = f"a particle leaves with v+ = {velocity:.3g} V, allowed: above 0"
-    return found
+        failures["not leaving"] = f"a particle leaves with v+ = {velocity:.3g} V, allowed: above 0"
+    return failures
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,12 @@ class FrictionOutcome:
     @property
     def failures(self) -> dict[str, str]:
         """Failures of the model by kind, a line each."""
-        found = {}
+        failures = {}
         if self.not_finite >= 0:
-            found["not finite"] = f"particle {self.not_finite} is not finite"
+            failures["not finite"] = f"particle {self.not_finite} is not finite"
         if self.unfinished >= 0:
-            found["unfinished"] = f"particle {self.unfinished} is unfinished"
-        return found | failures_of(self.growth, MOST_GAIN, self.least_velocity)
+            failures["unfinished"] = f"particle {self.unfinished} is unfinished"
+        return failures | failures_of(self.growth, MOST_GAIN, self.least_velocity)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for JSON."""
@@ -120,7 +120,7 @@ def _run_law(
         done[part] = stuck < 0  # of the others of its slice nothing is known
         return part.start + stuck if stuck >= 0 else -1, time.perf_counter() - begin
 
-    rows, seconds = zip(*(found for _, found in in_slices(work, count, threads)), strict=True)
+    rows, seconds = zip(*(result for _, result in in_slices(work, count, threads)), strict=True)
     stuck = [row for row in rows if row >= 0]
     finite = np.isfinite(np.column_stack([state, energy])).all(axis=1)
     kept, lost = done & finite, np.flatnonzero(done & ~finite)

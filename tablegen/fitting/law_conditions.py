@@ -42,8 +42,8 @@ from tablegen.simulation.impact_chains import (
 #: Share of the conditions that come from chains, and hits of a chain.
 _CHAINS, _HITS = 0.55, 6
 
-#: Share of the chains that go on after the second impact. Orientations at a second impact are apart
-#: from those at later ones, which the spin does not tell, and there are four of these for each.
+#: Share of the chains that go on after the second impact. Orientations at a second impact differ
+#: from those at later ones, which the spin does not show; if all went on, one in five were second.
 _ON = 0.6
 
 #: Kinds of walls in chains: the first of `tablegen.simulation.impact_chains.WALLS`.
@@ -52,15 +52,15 @@ _KINDS = 3
 #: Largest spin of conditions over the largest that the law covers.
 _BEYOND = 1.25
 
-#: Share of the impacts without spin that are crowded at the steepest angle, and of those at speeds
-#: that only particles with spin can have as V_e.
+#: Shares of the impacts without spin: crowded at the steepest angle, and with effective speeds V_e
+#: that only spinning particles have.
 _STEEP, _FAST = 0.33, 0.05
 
 #: Impacts of chains with a larger spin over V/a, or a lower speed [m/s], are left out.
 _FASTEST_SPIN, _SLOWEST = 100.0, 1e-3
 
-#: Share of the grains with ratios spread evenly, for other populations, and over how many standard
-#: deviations to either side of the mean: a fixed ratio stays fixed.
+#: Share of the grains whose ratios are spread evenly, so that the law serves other populations, and
+#: the standard deviations to either side of the mean that they cover: a fixed ratio stays fixed.
 _EVEN, _DEVIATIONS = 0.5, 4.0
 
 
@@ -121,11 +121,11 @@ def inertia_coefficients(population: Population, shape_code: int) -> tuple[float
 
 def least_inertia(population: Population) -> float:
     """Find the smallest principal moment of inertia over m a^2 of any grain of a population."""
-    found = []
+    moments = []
     for code in population.kernel_arguments().shape_codes:
         (b, _), (c, _) = ratio_range(population, int(code))
-        found.append(inertia_coefficients(population, int(code))[1] * b * b * (1.0 + c * c))
-    return float(min(found))
+        moments.append(inertia_coefficients(population, int(code))[1] * b * b * (1.0 + c * c))
+    return float(min(moments))
 
 
 def draw_ratios(

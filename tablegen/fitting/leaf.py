@@ -35,8 +35,8 @@ from tablegen.model.float_array import FloatArray
 #: Standard deviation of an input below which it counts as constant.
 _SAME = 2e-4
 
-#: Rounding steps in units of the file, so that it compresses: constants, coefficients of inputs and
-#: those of products, in gates and in means; and factors.
+#: Rounding steps, in units of the file, which then compresses: of the coefficients of 1, of the
+#: inputs and of their products, in gates and in means; and of factors.
 _GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (1, 8, 32), (1, 128, 256), 32
 
 #: Least quantile of p_v, which a file needs from the second knot on, with a margin for rounding.
@@ -81,11 +81,11 @@ def _inputs_and_outcomes(
 ) -> tuple[FloatArray, FloatArray]:
     """Compute inputs (n, 7) and outcomes (n, 6 or 8) of rebounds."""
     q, signs = folded(coordinates(rebounds.conditions, speed), rebounds.turned)
-    found = outcomes(rebounds.states, rebounds.energy)
+    values = outcomes(rebounds.states, rebounds.energy)
     if rebounds.spheres is not None:
         of_spheres = outcomes(rebounds.spheres, rebounds.energy)
-        found = differences(found, of_spheres, rebounds.ratios)
-    return np.hstack([q, rebounds.ratios]), np.hstack([found * signs, rebounds.shares])
+        values = differences(values, of_spheres, rebounds.ratios)
+    return np.hstack([q, rebounds.ratios]), np.hstack([values * signs, rebounds.shares])
 
 
 def fit_leaf(
@@ -100,13 +100,13 @@ def fit_leaf(
     Experts are fitted to rebounds in the leaf and around it, in random order. Quantiles follow from
     the outcomes of other rebounds inside it.
     """
-    inputs, found = _inputs_and_outcomes(around, speed)
+    inputs, values = _inputs_and_outcomes(around, speed)
     centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
     varies = spread > _SAME
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
     centre, scale = centre.astype(np.float32), scale.astype(np.float32)
     used = used_features(varies)
-    t, scores = (inputs - centre) * scale, normal_scores(found, np.ones(found.shape[1]))
+    t, scores = (inputs - centre) * scale, normal_scores(values, np.ones(values.shape[1]))
     experts, _ = fit_experts(
         features(t)[:, used], t[:, varies], scores, sizes.groups, sizes.experts, rng
     )
@@ -124,13 +124,13 @@ def _steps(used: NDArray[np.bool_], steps: tuple[int, int, int]) -> NDArray[np.i
     return np.repeat(steps, (1, N_INPUTS, N_FEATURES - N_INPUTS - 1))[used]
 
 
-def _stored(found: Experts, used: NDArray[np.bool_]) -> StoredExperts:
+def _stored(fitted: Experts, used: NDArray[np.bool_]) -> StoredExperts:
     """Experts in the integers and the order of the file.
 
     Constant features get zeros. Experts that were not fitted are never drawn.
     """
-    groups, each = len(found.group_gate), len(found.gate) // len(found.group_gate)
-    outcomes = found.outcomes
+    groups, each = len(fitted.group_gate), len(fitted.gate) // len(fitted.group_gate)
+    outcomes = fitted.outcomes
     rows, columns = np.tril_indices(outcomes)
     gate_steps, mean_steps = _steps(used, _GATE_STEPS), _steps(used, _MEAN_STEPS)
     group_gate = np.zeros((N_GROUPS, N_FEATURES), dtype=np.int16)
@@ -138,14 +138,14 @@ def _stored(found: Experts, used: NDArray[np.bool_]) -> StoredExperts:
     mean = np.zeros((N_GROUPS, GROUP_SIZE, outcomes, N_FEATURES), dtype=np.int16)
     factor = np.zeros((N_GROUPS, GROUP_SIZE, len(rows)), dtype=np.int16)
     group_gate[groups:, 0], gate[:, each:, 0] = -_NEVER, -_NEVER
-    weight = found.weight
-    whole = rounded_together(found.group_gate[:, None], weight.group, GATE_UNIT, gate_steps)
+    weight = fitted.weight
+    whole = rounded_together(fitted.group_gate[:, None], weight.group, GATE_UNIT, gate_steps)
     group_gate[:groups, used] = whole[:, 0]
-    whole = rounded_together(found.gate[:, None], weight.gate, GATE_UNIT, gate_steps)
+    whole = rounded_together(fitted.gate[:, None], weight.gate, GATE_UNIT, gate_steps)
     gate[:groups, :each, used] = whole.reshape(groups, each, -1)
-    whole = rounded_together(found.mean, weight.mean, MEAN_UNIT, mean_steps)
+    whole = rounded_together(fitted.mean, weight.mean, MEAN_UNIT, mean_steps)
     mean[:groups, :each, :, used] = whole.reshape(groups, each, outcomes, -1)
-    whole = rounded(found.factor[:, rows, columns], FACTOR_UNIT, _FACTOR_STEP)
+    whole = rounded(fitted.factor[:, rows, columns], FACTOR_UNIT, _FACTOR_STEP)
     factor[:groups, :each] = whole.reshape(groups, each, -1)
     factor[..., rows == columns] = np.maximum(factor[..., rows == columns], _FACTOR_STEP)
     return StoredExperts(
@@ -160,8 +160,8 @@ def _quantiles(scores: NDArray[np.float32], wanted: FloatArray, knots: int) -> N
     """Outcomes, (6 or 8, knots), at equal steps of the bounded score."""
     at = np.linspace(-SCORE_MAX, SCORE_MAX, knots)
     outcomes = wanted.shape[1]
-    found = np.empty((outcomes, knots), dtype=np.float32)
+    quantiles = np.empty((outcomes, knots), dtype=np.float32)
     for k in range(outcomes):
         share = np.searchsorted(np.sort(scores[:, k]), at) / len(scores)
-        found[k] = np.quantile(wanted[:, k], share)
-    return found
+        quantiles[k] = np.quantile(wanted[:, k], share)
+    return quantiles

@@ -34,16 +34,10 @@ def _ranks(values: FloatArray) -> FloatArray:
 
 
 def normal_scores(channels: FloatArray, mirror: FloatArray) -> FloatArray:
-    """Compute the normal scores of each channel of a sample.
+    """Compute the normal scores of each channel of a sample (n, d).
 
-    A channel that changes sign under the mirror is scored by the rank of its absolute value, so
-    that its scores are those of the sample together with its reflection.
-
-    Parameters
-    ----------
-    channels : (n, d) float64
-    mirror : (d,) float64
-        +1 or -1.
+    A channel that changes sign under the mirror, with -1 in ``mirror`` (d,), is scored by the rank
+    of its absolute value: its scores are those of the sample together with its reflection.
     """
     scores = np.empty_like(channels)
     for j, sign in enumerate(mirror):
@@ -77,19 +71,10 @@ def variate_knots(count: int) -> FloatArray:
 def quantile_knots(
     channels: FloatArray, probabilities: FloatArray, mirror: FloatArray
 ) -> FloatArray:
-    """Compute sample quantiles of each channel at given probabilities.
+    """Compute the quantiles of each channel of a sample (n, d) at probabilities (d, m).
 
-    A channel that changes sign under the mirror gets the quantiles of the sample together with
-    its reflection, which are odd about the median.
-
-    Parameters
-    ----------
-    channels : (n, d) float64
-    probabilities : (d, m) float64
-        In [0, 1], non-decreasing along each row; symmetric about 1/2 for a mirrored channel.
-    mirror : (d,) float64
-        +1 or -1.
-
+    A channel with -1 in ``mirror`` (d,) gets the quantiles of the sample together with its
+    reflection, which are odd about the median; its probabilities are symmetric about 1/2.
     """
     quantiles = np.empty(probabilities.shape)
     for j, sign in enumerate(mirror):

@@ -140,8 +140,8 @@ def _maximisation(
     reflection = mixture.reflection[alive]
     if free:
         reflection = np.clip(statistics[:, -1] / mass, _LEAST_PART, 1.0 - _LEAST_PART)
-    found = Mixture(mass / mass.sum(), mean, covariance, reflection, mixture.signs)
-    return found, statistics
+    maximal = Mixture(mass / mass.sum(), mean, covariance, reflection, mixture.signs)
+    return maximal, statistics
 
 
 def _start(z: FloatArray, components: int, signs: FloatArray, rng: np.random.Generator) -> Mixture:
@@ -182,12 +182,12 @@ def _stepwise(mixture: Mixture, features: Features, free: bool) -> Mixture:
         first = (k % blocks) * len(features) // blocks
         last = (k % blocks + 1) * len(features) // blocks
         block = features[first:last]
-        found, _ = _expectation(block, mixture)
-        found /= len(block)
+        statistics, _ = _expectation(block, mixture)
+        statistics /= len(block)
         if average is not None:
             step = (k + _DELAY) ** -_DECAY
-            found = (1.0 - step) * average + step * found
-        mixture, average = _maximisation(found, mixture, len(features), free)
+            statistics = (1.0 - step) * average + step * statistics
+        mixture, average = _maximisation(statistics, mixture, len(features), free)
     return mixture
 
 
@@ -195,8 +195,8 @@ def fit_mixture(
     z: FloatArray,
     components: int,
     rng: np.random.Generator,
-    signs: FloatArray | None = None,
-    symmetric: bool = False,
+    signs: FloatArray,
+    symmetric: bool,
 ) -> Mixture:
     """Fit a Gaussian mixture with full covariances to normal scores (n, d) in random order.
 
@@ -208,12 +208,11 @@ def fit_mixture(
         points are dropped.
     rng : numpy Generator
         Chooses the starting points.
-    signs : (d,) float64, optional
-        Signs of the channels under reflection; by default there is none.
+    signs : (d,) float64
+        Signs of the channels under reflection; all ones if there is none.
     symmetric : bool
         Whether all components are reflected with probability 1/2; else probabilities are fitted.
     """
-    signs = np.ones(z.shape[1]) if signs is None else np.asarray(signs, dtype=np.float64)
     free = not symmetric and bool((signs < 0.0).any())
     # with more points than this on average, one component at least is always alive
     most = max((len(z) - 1) // (z.shape[1] + 1), 1)

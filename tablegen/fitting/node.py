@@ -36,14 +36,13 @@ _COARSE = 32
 #: Points of the sample used for each mixture component: more improve no fit.
 _POINTS_PER_COMPONENT = 800
 
-
-#: Steepest impact [degrees] at which a node is simulated. At 90 degrees contacts that slide freely
-#: leave rounding dust, without the dependence between components that every other angle has; here
-#: it is there, and components differ by 2e-5 V.
+#: Steepest impact [degrees] at which a node is simulated. At 90 degrees, contacts that slide freely
+#: leave rounding dust in some components, which lack the dependence that they have at every other
+#: angle. At this one they have it, and differ by 2e-5 V.
 _STEEPEST = 89.999
 
-#: Noise that separates equal numbers before they are ranked: their order, from which dependence is
-#: fitted, would otherwise be that of rounding.
+#: Noise that separates equal numbers before they are ranked. Without it rounding would order them,
+#: and dependence is fitted to the order.
 _TIES = 1e-9
 
 
@@ -189,27 +188,11 @@ def _fit_classes(
 
 
 def to_steps(values: ArrayLike, coarse: int = 1) -> NDArray[np.int16]:
-    """Round to the nearest step, in which the numbers of a mixture are stored.
+    """Round values in [-8, 8) to steps of 1/4096, in which the numbers of a mixture are stored.
 
-    Variates of a mixture have variance one, so means and factors lie within a few units. Steps of
-    1/4096 on a range of +-8 move a draw by less than a thousandth of a standard deviation, in half
-    of the bytes of floating point.
-
-    Parameters
-    ----------
-    values : array_like of float
-        Within [-8, 8).
-    coarse : int
-        Steps to whose multiples values are rounded: zeros compress.
-
-    Returns
-    -------
-    int16 array of the same shape
-
-    Raises
-    ------
-    OverflowError
-        If a value does not fit.
+    Variates of a mixture have variance one, so means and factors lie within a few units, and a step
+    moves a draw by less than a thousandth of a standard deviation. Values are rounded to multiples
+    of ``coarse`` steps: zeros compress. Raises `OverflowError` if a value does not fit.
     """
     steps = coarse * np.rint(np.asarray(values, dtype=np.float64) * (MIXTURE_SCALE / coarse))
     limits = np.iinfo(np.int16)

@@ -31,7 +31,7 @@ def sphere_laws(config: Config) -> NDArray[np.float64]:
 
 
 def less_spheres(config: Config) -> bool:
-    """Tell whether outcomes are less those of spheres: if all grains are ellipsoids."""
+    """Tell whether outcomes are stored less those of spheres: if all grains are ellipsoids."""
     shapes = config.population.shapes.positive().keys() == {"ellipsoid"}
     return shapes and not config.population.meshes and config.model.contact_resolution <= GRAZING
 
@@ -50,9 +50,9 @@ def sphere_states(config: Config, conditions: FloatArray, ratios: FloatArray) ->
     return states
 
 
-def differences(found: FloatArray, of_spheres: FloatArray, ratios: FloatArray) -> FloatArray:
+def differences(values: FloatArray, of_spheres: FloatArray, ratios: FloatArray) -> FloatArray:
     """Compute outcomes less those of spheres, over 1 - c/a; of p_v the logarithms, (n, 6)."""
     flat = np.maximum(1.0 - ratios.prod(axis=1), LEAST_FLATNESS)[:, None]
-    less = found - of_spheres
-    less[:, 1] = np.log(found[:, 1] / of_spheres[:, 1])
+    less = values - of_spheres
+    less[:, 1] = np.log(values[:, 1] / of_spheres[:, 1])
     return less / flat

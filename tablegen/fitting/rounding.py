@@ -1,4 +1,4 @@
-"""Coefficients rounded to few bits, those that are left making up for the error of each.
+"""Coefficients rounded to few bits, one after another: the next make up for the error of each.
 
 The features of a condition are correlated, most of all where one expert is likely. If a coefficient
 changes by its rounding, others can undo most of what that does to the sum. Measured on leaves of
@@ -15,7 +15,7 @@ from tablegen.model.float_array import FloatArray
 
 _LARGEST = np.iinfo(np.int16).max
 
-#: Part of the mean weight that is added to each: what changes no sum must not grow.
+#: Part of the mean weight that is added to each: coefficients that change no sum must not grow.
 _RIDGE = 1e-3
 
 

@@ -85,14 +85,14 @@ def work_shares(
     return np.column_stack([np.cbrt(np.sqrt(np.clip(share, 0.0, 1.0))), np.clip(part, 0.0, 1.0)])
 
 
-def folded(q: FloatArray, turned: NDArray[np.bool_] | None = None) -> tuple[FloatArray, FloatArray]:
-    """Reflect conditions in the impact plane, by default those with sigma_x < 0; (n, 5), (n, 6).
+def folded(q: FloatArray, turned: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    """Reflect the conditions (n, 5) that are ``turned``, (n,), in the impact plane.
 
-    The first are the conditions, the second the factors of the outcomes: `OUTCOME_SIGNS` for
-    reflected conditions, else 1.
+    Returns the conditions, and factors of the outcomes, (n, 6): `OUTCOME_SIGNS` for reflected
+    conditions, else 1.
     """
-    turned = (q[:, 2] < 0.0 if turned is None else turned)[:, None]
-    return np.where(turned, q * CONDITION_SIGNS, q), np.where(turned, OUTCOME_SIGNS, 1.0)
+    mirrored = turned[:, None]
+    return np.where(mirrored, q * CONDITION_SIGNS, q), np.where(mirrored, OUTCOME_SIGNS, 1.0)
 
 
 def features(t: FloatArray) -> FloatArray:

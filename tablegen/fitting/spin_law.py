@@ -219,9 +219,9 @@ def _grown(
     order = np.argsort(number, kind="stable")
     number, beyond = number[order], order >= len(q)
     turned = (tilt[number] < 0.0) != beyond
-    tree, found = grow(folded(q[number], turned)[0], leaves, ~beyond)
+    tree, grown = grow(folded(q[number], turned)[0], leaves, ~beyond)
     parts = []
-    for leaf in found:
+    for leaf in grown:
         rows = number[leaf.rows[:most]]
         columns = conditions[rows], impacts.grain[rows, 1:], impacts.orientation[rows]
         met, ratios, pose = (column.astype("f4") for column in columns)

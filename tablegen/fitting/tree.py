@@ -43,15 +43,12 @@ class _Cut(NamedTuple):
     margin: float
 
 
-def grow(
-    q: FloatArray, wanted: int, inside: NDArray[np.bool_] | None = None
-) -> tuple[Tree, list[Leaf]]:
+def grow(q: FloatArray, wanted: int, inside: NDArray[np.bool_]) -> tuple[Tree, list[Leaf]]:
     """Cut the leaf with the most conditions until there are as many leaves as wanted.
 
     Conditions are folded coordinates (n, 5). Those that are not ``inside`` (n,), beyond the fold,
     belong to leaves but do not count. There are fewer leaves if conditions are equal.
     """
-    inside = np.ones(len(q), dtype=bool) if inside is None else inside
     leaves = [Leaf(np.arange(len(q)), inside)]
     sizes = [int(inside.sum())]
     places = [(-1, 0)]  # parent of each leaf, and whether it is its first or second child

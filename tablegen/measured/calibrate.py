@@ -40,8 +40,8 @@ def calibrate(
 
     The grains are given. For each of the five named populations, or for those of ``grains``,
     restitution and resistance are tables over the angle at the contact. Of the populations that
-    hold the means, that is chosen whose spreads are nearest to the measured ones. Spreads never
-    move a mean.
+    hold the means, the one with spreads nearest to the measured ones is chosen. Spreads never move
+    a mean.
 
     Parameters
     ----------

@@ -82,8 +82,8 @@ class MeasuredComparison:
     @property
     def rms(self) -> float:
         """Root mean square of the deviations of all means of e_n and e_t; NaN without any."""
-        found = [self.means[name].deviation for name in _RANKED if name in self.means]
-        return float(np.sqrt(np.nanmean(np.square(np.concatenate([[np.nan], *found])))))
+        deviations = [self.means[name].deviation for name in _RANKED if name in self.means]
+        return float(np.sqrt(np.nanmean(np.square(np.concatenate([[np.nan], *deviations])))))
 
 
 def compare(
@@ -166,39 +166,40 @@ def _agreements(
     return means, spreads
 
 
-def ranking_text(found: Sequence[MeasuredComparison]) -> str:
+def ranking_text(comparisons: Sequence[MeasuredComparison]) -> str:
     """Write one table of several pairs in the given order."""
     rows = []
-    for one in found:
+    for one in comparisons:
         parts = [one.means[name].rms if name in one.means else None for name in _RANKED]
         cells = ["-" if x is None or math.isnan(x) else f"{x:.3f}" for x in (*parts, one.rms)]
         rows.append([one.pair, *cells])
-    title = f"rms deviations of the means of {found[0].measured.name}, the nearest pair first"
+    title = f"rms deviations of the means of {comparisons[0].measured.name}, the nearest pair first"
     return str(TextTable(title, ("pair", *_RANKED, "both"), rows))
 
 
-def comparison_text(found: MeasuredComparison) -> str:
+def comparison_text(comparison: MeasuredComparison) -> str:
     """Write a table for each measured quantity."""
-    shape = found.shape or "all shapes"
-    wall = f"facets tilted by {found.wall_tilt_deg:g} degrees" if found.wall_tilt_deg else "smooth"
+    shape, tilt = comparison.shape or "all shapes", comparison.wall_tilt_deg
+    wall = f"facets tilted by {tilt:g} degrees" if tilt else "smooth"
     lines = [
-        f"{found.pair} ({shape}; wall {wall}) beside {found.measured.name}",
-        f"{found.count} particles of each shape at each condition, seed {found.seed}",
+        f"{comparison.pair} ({shape}; wall {wall}) beside {comparison.measured.name}",
+        f"{comparison.count} particles of each shape at each condition, seed {comparison.seed}",
     ]
-    for name in found.means:
-        lines += ["", *_quantity_lines(found, name)]
+    for name in comparison.means:
+        lines += ["", *_quantity_lines(comparison, name)]
     lines += ["", "+-: chance error of the simulation, one standard deviation"]
     lines += ["diff: simulated less measured; in errors: over the standard error of both"]
     return "\n".join(lines)
 
 
-def _quantity_lines(found: MeasuredComparison, name: str) -> list[str]:
+def _quantity_lines(comparison: MeasuredComparison, name: str) -> list[str]:
     """Write the table of a quantity, and a summary of the means and one of the spreads."""
     digits = QUANTITIES[name].digits
     head = ["angle", "m/s"]
-    columns = [[f"{x:.4g}" for x in part] for part in (found.measured.alpha_deg, found.speed)]
+    conditions = comparison.measured.alpha_deg, comparison.speed
+    columns = [[f"{x:.4g}" for x in part] for part in conditions]
     summary = []
-    for part, agreement in (("mean", found.means[name]), ("spread", found.spreads[name])):
+    for part, agreement in (("mean", comparison.means[name]), ("spread", comparison.spreads[name])):
         if agreement.rms is None:
             continue
         # errors of measurements are seldom known
@@ -210,7 +211,7 @@ def _quantity_lines(found: MeasuredComparison, name: str) -> list[str]:
             f"largest {agreement.largest:.{digits}f}"
         )
     cells = list(zip(*columns, strict=True))
-    rows = [cells[k] for k in np.flatnonzero(np.isfinite(found.means[name].measured))]
+    rows = [cells[k] for k in np.flatnonzero(np.isfinite(comparison.means[name].measured))]
     return [QUANTITIES[name].title, *(f"  {line}" for line in table_lines(head, rows)), *summary]
 
 
@@ -229,40 +230,40 @@ def _columns(agreement: Agreement, digits: int) -> list[list[str]]:
     ]
 
 
-def comparison_tree(found: MeasuredComparison) -> dict[str, Any]:
+def comparison_tree(comparison: MeasuredComparison) -> dict[str, Any]:
     """Give everything as plain data for JSON; None: not measured, undefined or unknown."""
-    parts, data = {"mean": found.means, "spread": found.spreads}, found.measured
+    parts, data = {"mean": comparison.means, "spread": comparison.spreads}, comparison.measured
     summary = {
         name: {
             f"{part}_{measure}_deviation": getattr(agreements[name], measure)
             for part, agreements in parts.items()
             for measure in ("rms", "largest")
         }
-        for name in found.means
+        for name in comparison.means
     }
     rows = [
         {
             "alpha_deg": float(data.alpha_deg[row]),
-            "speed": float(found.speed[row]),
+            "speed": float(comparison.speed[row]),
             "speed_stated": not math.isnan(data.speed[row]),
             "count": _number(data.count[row]),
             "source": data.source[row],
             "remarks": data.remarks[row],
             **{
                 name: {part: _agreement_at(of[name], row) for part, of in parts.items()}
-                for name in found.means
+                for name in comparison.means
             },
         }
-        for row in range(len(found.speed))
+        for row in range(len(comparison.speed))
     ]
     return {
-        "pair": found.pair,
-        "shape": found.shape,
+        "pair": comparison.pair,
+        "shape": comparison.shape,
         "measurements": data.name,
         "about": dict(data.about),
-        "count": found.count,
-        "seed": found.seed,
-        "wall_tilt_deg": found.wall_tilt_deg,
+        "count": comparison.count,
+        "seed": comparison.seed,
+        "wall_tilt_deg": comparison.wall_tilt_deg,
         "summary": summary,
         "rows": rows,
     }
@@ -271,8 +272,8 @@ def comparison_tree(found: MeasuredComparison) -> dict[str, Any]:
 def _agreement_at(agreement: Agreement, row: int) -> dict[str, float | None]:
     """Collect the numbers of a mean, or of a spread."""
     names = ("measured", "measured_error", "simulated", "simulated_error", "deviation")
-    found = {name: _number(getattr(agreement, name)[row]) for name in names}
-    return found | {"deviation_over_error": _number(agreement.in_errors[row])}
+    numbers = {name: _number(getattr(agreement, name)[row]) for name in names}
+    return numbers | {"deviation_over_error": _number(agreement.in_errors[row])}
 
 
 def _number(value: float) -> float | None:

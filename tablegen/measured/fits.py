@@ -17,19 +17,19 @@ from tablegen.measured.simulated_rows import SimulatedRows
 from tablegen.measured.smoothest import Penalty, bootstrapped, polished, smoothest
 from tablegen.model.float_array import FloatArray
 
-#: Rebounds at a row in a search, least and most, and in all rows; and those of the report over it.
+#: Rebounds of a search: least and most at a row, and in all rows; the report has four times them.
 _LEAST, _MOST, _ALL, _REPORT = 600, 6000, 60_000, 4
 
-#: Angles [degrees] from which e_t is hardly anything over hardly anything.
+#: Angle [degrees] from which e_t is the ratio of two small velocities, and is not followed.
 _STEEP = 88.0
 
 #: Angle without a mean.
 _OUT = "out_of_plane_deg"
 
-#: Seeds differ by these from that of the search: of the last steps, and of the report.
+#: Bits in which the seeds of the last steps and of the report differ from that of the search.
 _LAST_SEED, _REPORT_SEED = 0x510E, 0x5EED
 
-#: Part of a number that data determine, and not smoothness, from which it is known.
+#: Share of a number that the data must determine, and not smoothness, for a standard error.
 _KNOWN = 0.5
 
 #: Last steps; and the worst miss from which they cannot hold the means.
@@ -47,23 +47,23 @@ class Target(NamedTuple):
 
 def make_targets(data: Measurements) -> list[Target]:
     """List the means; one is held within two standard errors by its count, if that is more."""
-    found = []
+    targets = []
     for row, alpha in enumerate(data.alpha_deg):
         for name, quantity in QUANTITIES.items():
             mean = float(data.moments[name].mean[row])
             # by symmetry there is no mean out of the plane
-            if np.isfinite(mean) and name != _OUT and _has(name, alpha):
+            if np.isfinite(mean) and name != _OUT and _is_followed(name, alpha):
                 error = data.errors(name).mean[row]
                 tolerance = float(np.fmax(quantity.tolerance, 2.0 * error))
-                found.append(Target(row, name, mean, tolerance))
-    if not found:
+                targets.append(Target(row, name, mean, tolerance))
+    if not targets:
         names = ", ".join(name for name in QUANTITIES if name != _OUT)
         words = f"a mean of {names} (e_t: below {_STEEP:g} degrees)"
         raise InputError(f"{data.name}: got no mean to follow, allowed: {words}")
-    return found
+    return targets
 
 
-def _has(name: str, alpha_deg: float) -> bool:
+def _is_followed(name: str, alpha_deg: float) -> bool:
     """Tell whether a quantity means something at an angle."""
     return name != "e_t" or alpha_deg < _STEEP
 
@@ -91,23 +91,23 @@ class Fitter:
             off = [(mean[t.quantity][t.row] - t.measured) / t.tolerance for t in self.targets]
             return np.array(off)
 
-        found = smoothest(numbers, misses)
-        if found.worst < _FAR:
+        solution = smoothest(numbers, misses)
+        if solution.worst < _FAR:
             last = self.seed ^ _LAST_SEED
-            found = polished(
-                numbers, lambda x: misses(x, _REPORT * count, last), found, _LAST_STEPS
+            solution = polished(
+                numbers, lambda x: misses(x, _REPORT * count, last), solution, _LAST_STEPS
             )
-        samples = bootstrapped(numbers, found, [t.row for t in self.targets], self.seed)
+        samples = bootstrapped(numbers, solution, [t.row for t in self.targets], self.seed)
         errors = np.std([numbers.numbers(x) for x in samples], axis=0)
-        config = fitted_config(start, numbers.changes(found.x), name, self.data, speeds)
+        config = fitted_config(start, numbers.changes(solution.x), name, self.data, speeds)
         report = self.seed ^ _REPORT_SEED
         simulated = self._moments(config, speeds, _REPORT * count, report)
         return Fit(
             grains=grains,
             config=config,
             labels=numbers.labels,
-            values=numbers.numbers(found.x),
-            errors=np.where(Penalty(numbers).determined(found) > _KNOWN, errors, np.nan),
+            values=numbers.numbers(solution.x),
+            errors=np.where(Penalty(numbers).determined(solution) > _KNOWN, errors, np.nan),
             numbers=tuple(self._compared(simulated)),
         )
 
@@ -126,7 +126,7 @@ class Fitter:
             yield replace(number, tolerance=one.tolerance)
         for name, moments in self.data.moments.items():
             for row, alpha in enumerate(self.data.alpha_deg):
-                if np.isfinite(moments.std[row]) and _has(name, alpha):
+                if np.isfinite(moments.std[row]) and _is_followed(name, alpha):
                     yield self._number(simulated, row, name, "std")
 
     def _number(self, ours: SimulatedMoments, row: int, name: str, part: str) -> ComparedNumber:

@@ -79,15 +79,15 @@ _FIELDS: Mapping[tuple[str, str], Mapping[str, Range]] = {
 
 def allowed_ranges(config: Config) -> dict[str, Range]:
     """List the fields of a pair that can be freed: those with an effect on its grains."""
-    found: dict[str, Range] = {}
+    ranges: dict[str, Range] = {}
     for (section, law), fields in _FIELDS.items():
         if getattr(config.pair, section).law == law:
-            found |= {f"pair.{section}.{field}": one for field, one in fields.items()}
+            ranges |= {f"pair.{section}.{field}": one for field, one in fields.items()}
     if config.population.only_spheres:
-        found.pop(STATIC, None)  # a sphere that does not slide has stuck for good
+        ranges.pop(STATIC, None)  # a sphere that does not slide has stuck for good
     if getattr(config.pair.resistance, "tangential_restitution", None) is None:
-        found.pop("pair.resistance.tangential_restitution", None)
-    return found
+        ranges.pop("pair.resistance.tangential_restitution", None)
+    return ranges
 
 
 def chosen_names(config: Config, free: Sequence[str]) -> tuple[str, ...]:
@@ -174,11 +174,11 @@ def _from_bernstein(count: int) -> FloatArray:
     A polynomial lies between the least and the largest of them. Source: R. T. Farouki, Comput.
     Aided Geom. Des. 29 (2012) 379-419, sec. 3.
     """
-    n, found = count - 1, np.zeros((count, count))
+    n, matrix = count - 1, np.zeros((count, count))
     for k, j in np.ndindex(count, count):
         if j <= k:
-            found[k, j] = (-1.0) ** (k - j) * comb(n, k) * comb(k, j) / (0.5 * np.pi) ** k
-    return found
+            matrix[k, j] = (-1.0) ** (k - j) * comb(n, k) * comb(k, j) / (0.5 * np.pi) ** k
+    return matrix
 
 
 def _roughness(shape: tuple[int, ...]) -> FloatArray:
@@ -213,8 +213,8 @@ class FreeNumbers:
 
         Laws that are no tables have none of the former.
         """
-        found = block_diag(*(field.rough for field in self._fields))
-        return np.vstack([found, _START * np.eye(self.start.size)]) / _SIZE
+        rough = block_diag(*(field.rough for field in self._fields))
+        return np.vstack([rough, _START * np.eye(self.start.size)]) / _SIZE
 
     def bend(self, x: FloatArray) -> float:
         """Find the largest second difference of a free table of restitution along angles, or 0."""

@@ -29,7 +29,7 @@ SPREAD = "_std"
 #: Impact speed [m/s] of rows without one if the rebounds do not depend on it.
 ANY_SPEED = 100.0
 
-#: Rise of e_n over the angles that no known material has: it falls by more.
+#: Rise of e_n with the angle from which angles are doubted: with known materials e_n falls.
 _RISE = 0.1
 
 

@@ -70,12 +70,12 @@ def mixed_moments(
     std = np.sqrt(averaged(lambda x: (x - mean) ** 2))
     # the error of the mean does not contribute: at the mean the spread is least
     std_error = 0.5 * chance(lambda x: (x - mean) ** 2) / np.where(std > 0.0, std, np.inf)
-    found = np.array([mean, std, chance(np.asarray), std_error])[:, _ORDER]
+    moments = np.array([mean, std, chance(np.asarray), std_error])[:, _ORDER]
     alpha, (u, v), names = np.radians(alpha_deg), mean[[_U, _V]], list(QUANTITIES)
-    found[:, names.index("e_n")] /= np.sin(alpha)
-    found[:, names.index("e_t")] /= np.cos(alpha) if alpha_deg < 90.0 else np.nan
+    moments[:, names.index("e_n")] /= np.sin(alpha)
+    moments[:, names.index("e_t")] /= np.cos(alpha) if alpha_deg < 90.0 else np.nan
     # the angle of the mean velocity errs by what is across it
     across = chance(lambda x: u * x[:, _V] - v * x[:, _U]) / (u**2 + v**2)
     angle = [np.arctan2(v, u), across]
-    found[[0, 2], names.index("rebound_angle_deg")] = np.degrees(angle)
-    return found
+    moments[[0, 2], names.index("rebound_angle_deg")] = np.degrees(angle)
+    return moments

@@ -80,10 +80,10 @@ def _restitutions(data: Measurements, stated: FloatArray) -> list[list[float]]:
     e_n = data.moments["e_n"].mean
     known = np.flatnonzero(np.isfinite(e_n))
     order = known[np.argsort(data.alpha_deg[known], kind="stable")]
-    found = np.full(len(_ANGLES), _RESTITUTION)
+    values = np.full(len(_ANGLES), _RESTITUTION)
     if order.size:
-        found = np.interp(_ANGLES, data.alpha_deg[order], e_n[order]).clip(0.05, 0.95)
-    return [[float(value)] * len(_speeds_of(stated)) for value in found]
+        values = np.interp(_ANGLES, data.alpha_deg[order], e_n[order]).clip(0.05, 0.95)
+    return [[float(value)] * len(_speeds_of(stated)) for value in values]
 
 
 def fitted_config(
@@ -141,11 +141,11 @@ def _domain(start: Config, fitted: MaterialPair, used: Measurements, speeds: Flo
     return domain
 
 
-def _on_one_line(found: re.Match[str]) -> str:
+def _on_one_line(match: re.Match[str]) -> str:
     """Write a list of numbers on one line, if it is short."""
-    items = [item.strip() for item in found[1].split(",") if item.strip()]
+    items = [item.strip() for item in match[1].split(",") if item.strip()]
     line = f"[{', '.join(items)}]"
-    return line if len(line) <= _LIST_WIDTH else found[0]
+    return line if len(line) <= _LIST_WIDTH else match[0]
 
 
 def with_comments(made: Calibration, data: Measurements, seed: int) -> Config:

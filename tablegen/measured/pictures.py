@@ -16,49 +16,49 @@ _COLOURS = tuple(COLOURS[name] for name in ("ellipsoid", "truncated-prism", "tet
 _LINES = ("-", "--", "-.", ":")
 
 
-def comparison_picture(found: MeasuredComparison, name: str) -> Picture:
+def comparison_picture(comparison: MeasuredComparison, name: str) -> Picture:
     """Draw a panel for each measured quantity: means with bands of one standard deviation.
 
     The ending of the name of the file selects the format.
     """
-    quantities = list(found.means)
+    quantities = list(comparison.means)
     columns = min(len(quantities), 2)
     lines = -(-len(quantities) // columns)
     with settings():
         figure = new_figure(4.6 * columns + 0.4, 3.7 * lines + 0.7)
         panels = figure.subplots(lines, columns, squeeze=False).flat
         for axes, quantity in zip(panels, quantities, strict=False):
-            _draw_panel(axes, found, quantity)
+            _draw_panel(axes, comparison, quantity)
         for axes in list(panels)[len(quantities) :]:
             axes.remove()
         handles: dict[str, Any] = {}
         for axes in figure.axes:
             handles |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         figure.legend(handles.values(), handles, loc="outside lower center", ncols=2)
-        title = f"{found.pair} beside {found.measured.name}"
+        title = f"{comparison.pair} beside {comparison.measured.name}"
         alternative = (
             f"{len(quantities)} plots against the impact angle: means and standard deviations "
-            f"measured ({found.measured.name}) and simulated ({found.pair})."
+            f"measured ({comparison.measured.name}) and simulated ({comparison.pair})."
         )
         return written(figure, name, title, alternative)
 
 
-def _draw_panel(axes: Any, found: MeasuredComparison, quantity: str) -> None:
+def _draw_panel(axes: Any, comparison: MeasuredComparison, quantity: str) -> None:
     """Draw a simulated line with a band for each speed, and measured points with bars."""
-    mean, spread = found.means[quantity], found.spreads[quantity]
-    alpha, rows = found.measured.alpha_deg, np.isfinite(mean.measured)
-    speeds = np.unique(found.speed[rows])
+    mean, spread = comparison.means[quantity], comparison.spreads[quantity]
+    alpha, rows = comparison.measured.alpha_deg, np.isfinite(mean.measured)
+    speeds = np.unique(comparison.speed[rows])
     for k, speed in enumerate(speeds):
-        of = np.flatnonzero(rows & (found.speed == speed))
+        of = np.flatnonzero(rows & (comparison.speed == speed))
         of = of[np.argsort(alpha[of], kind="stable")]
         x, y, s = alpha[of], mean.simulated[of], spread.simulated[of]
         colour, line = _COLOURS[k % len(_COLOURS)], _LINES[k % len(_LINES)]
-        label = f"simulated, {found.pair}" + (f", {speed:g} m/s" if speeds.size > 1 else "")
+        label = f"simulated, {comparison.pair}" + (f", {speed:g} m/s" if speeds.size > 1 else "")
         axes.plot(x, y, color=colour, linestyle=line, label=label)
         band = f"{label}, ± 1 standard deviation"
         axes.fill_between(x, y - s, y + s, color=colour, alpha=0.18, linewidth=0, label=band)
     bars = np.isfinite(spread.measured) & rows
-    label = f"measured, {found.measured.name}"
+    label = f"measured, {comparison.measured.name}"
     axes.errorbar(
         alpha[rows],
         mean.measured[rows],
@@ -80,14 +80,14 @@ def fit_picture(made: Calibration, name: str) -> Picture:
     The ending of the name of the file selects the format.
     """
     fit = made.chosen
-    quantities = [q for q in QUANTITIES if _numbers(fit, q)]
+    quantities = [q for q in QUANTITIES if _numbers_of(fit, q)]
     with settings():
         figure = new_figure(0.6 + 3.6 * (len(quantities) + 1), 5.8)
         axes = figure.subplots(2, len(quantities) + 1, sharex=True, squeeze=False)
         for k, quantity in enumerate(quantities):
-            _draw_numbers(axes[0, k], _numbers(fit, quantity))
+            _draw_numbers(axes[0, k], _numbers_of(fit, quantity))
             axes[0, k].set_ylabel(QUANTITIES[quantity].label)
-            _draw_numbers(axes[1, k], _numbers(fit, quantity + SPREAD))
+            _draw_numbers(axes[1, k], _numbers_of(fit, quantity + SPREAD))
             axes[1, k].set_ylabel("spread")
         for ax, law in zip(axes[:, -1], ("restitution", "resistance"), strict=True):
             _draw_law(ax, getattr(fit.config.pair, law))
@@ -101,10 +101,10 @@ def fit_picture(made: Calibration, name: str) -> Picture:
         return written(figure, name, title, words)
 
 
-def _numbers(fit: Fit, column: str) -> list[ComparedNumber]:
+def _numbers_of(fit: Fit, column: str) -> list[ComparedNumber]:
     """Select the numbers of a column, in the order of speeds and angles."""
-    found = [number for number in fit.numbers if number.column == column]
-    return sorted(found, key=lambda number: (number.speed or 0.0, number.alpha_deg))
+    numbers = [number for number in fit.numbers if number.column == column]
+    return sorted(numbers, key=lambda number: (number.speed or 0.0, number.alpha_deg))
 
 
 def _draw_numbers(ax: Any, numbers: list[ComparedNumber]) -> None:

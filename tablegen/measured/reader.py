@@ -95,7 +95,7 @@ def parse_measurements(text: str, name: str, file: str) -> Measurements:
     rows = [line._replace(columns=lines[0].cells) for line in lines[1:]]
     if not 0 < len(rows) <= _MOST_ROWS:
         raise InputError(f"{file}: got {len(rows)} rows, allowed: 1 to {_MOST_ROWS}")
-    numbers = [_numbers(row) for row in rows]
+    numbers = [_numbers_of_row(row) for row in rows]
     _check_degrees(rows, numbers)
     _check_unique(rows, numbers)
     of = {column: np.array([values[column] for values in numbers]) for column in NUMBERS}
@@ -114,7 +114,7 @@ def parse_measurements(text: str, name: str, file: str) -> Measurements:
 
 def _lines(text: str, file: str) -> list[_Line]:
     """Split all lines but comments into cells; a quoted cell may span several lines."""
-    found = []
+    cells_of = []
     lines = enumerate((f"{line}\n" for line in text.split("\n")), start=1)
     for number, line in lines:
         if not line.strip() or line.lstrip().startswith("#"):
@@ -125,8 +125,8 @@ def _lines(text: str, file: str) -> list[_Line]:
         except csv.Error as error:
             allowed = "cells with commas between them, quoted if they hold one"
             raise _Line(file, number, ()).refusal(f"got {error}", allowed) from None
-        found.append(_Line(file, number, [" ".join(cell.split()) for cell in cells]))
-    return found
+        cells_of.append(_Line(file, number, [" ".join(cell.split()) for cell in cells]))
+    return cells_of
 
 
 def _check_columns(header: _Line) -> None:
@@ -147,7 +147,7 @@ def _check_columns(header: _Line) -> None:
         raise header.refusal("got no measured quantity", one_of)
 
 
-def _numbers(row: _Line) -> dict[str, float]:
+def _numbers_of_row(row: _Line) -> dict[str, float]:
     """Read and check the numbers of a row; NaN for an empty cell."""
     if len(row.cells) != len(row.columns):
         raise row.refusal(f"got {len(row.cells)} cells", str(len(row.columns)))

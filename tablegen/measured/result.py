@@ -70,8 +70,8 @@ class Fit:
     @property
     def spreads(self) -> list[ComparedNumber]:
         """Spreads that a ratio can be taken of."""
-        found = (one for one in self.numbers if one.column.endswith(SPREAD))
-        return [one for one in found if one.measured > 0.0 and one.simulated > 0.0]
+        spreads = (one for one in self.numbers if one.column.endswith(SPREAD))
+        return [one for one in spreads if one.measured > 0.0 and one.simulated > 0.0]
 
     @property
     def holds(self) -> bool:

@@ -53,16 +53,16 @@ class SimulatedRows:
         """Simulate means and spreads, with ``count`` particles of each shape at each row."""
         as_integer("count", count, 2, 2**32 - 1, "2 to 2**32 - 1")
         workers = check_run(count, self._seed, 0, self._threads)
-        each, found = count * len(self._shapes), []
+        each, rows = count * len(self._shapes), []
         total = each * len(self._alpha)
         with (
             bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted,
             thread_pool(workers) as pool,
         ):
             for moments in pool.map(lambda row: self._row(row, count), range(len(self._alpha))):
-                found.append(moments)
+                rows.append(moments)
                 counted.update(each)
-        return SimulatedMoments.of_rows(found)
+        return SimulatedMoments.of_rows(rows)
 
     def _row(self, row: int, count: int) -> FloatArray:
         """Simulate the moments at a row."""

@@ -23,7 +23,8 @@ _WITHIN = 0.8
 #: Steps are tried at these lengths; one that lowers the cost by less than this part is the last.
 _LENGTHS, _GAIN = (1.0, 0.5, 0.2), 0.05
 
-#: Weights without a better worst mean, by this part at least, after which grains cannot hold it.
+#: After more than `_PATIENCE` weights that leave the worst mean above `_BETTER` of the best so far,
+#: the grains cannot hold it.
 _PATIENCE, _BETTER = 2, 0.97
 
 #: Largest second difference of restitution between neighbouring angles of a smooth law.
@@ -100,10 +101,10 @@ class Penalty:
         """Tell how far the data determine each coordinate, 0 to 1, (p,); 0 at a bound."""
         free = (solution.x > self._low) & (solution.x < self._high)
         slopes, rows = solution.slopes[:, free], self._rows[:, free]
-        by_data, found = slopes.T @ slopes, np.zeros(free.size)
+        by_data, parts = slopes.T @ slopes, np.zeros(free.size)
         whole = by_data + solution.weight * rows.T @ rows
-        found[free] = np.diagonal(np.linalg.solve(whole, by_data))
-        return found
+        parts[free] = np.diagonal(np.linalg.solve(whole, by_data))
+        return parts
 
 
 def slopes_at(numbers: FreeNumbers, misses: Misses, x: FloatArray, here: FloatArray) -> FloatArray:
@@ -183,11 +184,11 @@ def bootstrapped(
     """
     penalty, rng = Penalty(numbers), np.random.default_rng(seed)
     names, of = np.unique(rows, return_inverse=True)
-    found = []
+    refits = []
     for _ in range(_SAMPLES):
         times = rng.multinomial(names.size, np.full(names.size, 1.0 / names.size))
         root = np.sqrt(times[of])
         slopes = root[:, None] * solution.slopes
         step = penalty.step(solution.x, root * solution.misses, slopes, solution.weight)
-        found.append(penalty.clipped(solution.x + step))
-    return np.array(found)
+        refits.append(penalty.clipped(solution.x + step))
+    return np.array(refits)

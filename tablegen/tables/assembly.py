@@ -40,13 +40,14 @@ def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
 def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, NDArray[np.float64]]:
     """Make the datasets of the accuracy group, for states of some number of columns."""
     rows = [{"alpha_deg": m.alpha_deg, "speed": m.speed, **m.distances()} for m in measured]
-    found = {}
+    accuracy = {}
     for dataset in DATASETS:
         group, name = dataset.path.split("/")
         if group == "accuracy":
             values = np.array([row[name] for row in rows], dtype=np.float64)
-            found[dataset.path] = values.reshape(-1, columns) if len(dataset.dims) > 1 else values
-    return found
+            shape = (-1, columns) if len(dataset.dims) > 1 else -1
+            accuracy[dataset.path] = values.reshape(shape)
+    return accuracy
 
 
 def with_rounded_quantiles(contents: TableContents) -> TableContents:

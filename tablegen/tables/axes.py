@@ -34,8 +34,8 @@ _LEAST_DISTANCE = 32.0 / (LOOKUP_SIZES[-1] - 1)
 _ANGLE_STEP = 0.6
 _SPEED_STEP = 0.75
 
-#: Most new nodes of each axis, angles and speeds, over the intervals of the first grid. Angles of
-#: one speed cost little.
+#: Most new nodes over the intervals of the first grid, of angles and of speeds; and in a grid of
+#: one speed, whose nodes cost little.
 _MOST, _MOST_OF_ONE_SPEED = (1, 2), (2, 0)
 
 #: Narrowest interval that is halved, as a share of the axis in its abscissa.

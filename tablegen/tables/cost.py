@@ -6,8 +6,8 @@ from typing import NamedTuple
 from tablegen.tables.plan import Plan
 from tablegen.tables.refine import NodeCache
 
-#: Least and most times over that of a first node, measured: of a node of the largest mixture, of a
-#: trial, and, for as many rebounds, of the fit of leaves and of chains of hits.
+#: Measured times over that of a first node, least and most: of a node of the largest mixture, of a
+#: trial, and, for as many rebounds as a node has, of the fit of leaves and of chains of hits.
 _NODE, _TRIAL, _LEAF, _CHAIN = (1.0, 3.0), (1.5, 6.5), (3.0, 9.0), (0.3, 1.0)
 
 #: Rounds of the refinement, nodes and trials that the choice of the mixture takes, and rebounds of
@@ -22,10 +22,10 @@ class Cost(NamedTuple):
     #: Least and most processor time that is left.
     seconds: tuple[float, float]
     #: Processor time of the pieces of an interrupted run, which is not spent again.
-    done: float = 0.0
+    done: float
 
 
-def estimate(plan: Plan, cache: NodeCache, conditions: int = 0, done: float = 0.0) -> Cost:
+def estimate(plan: Plan, cache: NodeCache, conditions: int, done: float) -> Cost:
     """Fit a node, and extrapolate its time.
 
     The cache keeps the node for the table. ``conditions`` is the number of those at which the

@@ -25,18 +25,17 @@ _DIRECTIONS = 8
 #: Expensive metrics are skipped where a cheap one is this many times the allowed value.
 _SKIP_ABOVE = 2.0
 
-
 #: Metrics that count on the edges of cells; in their centres all do.
 ON_EDGES = tuple(name for name, metric in METRICS.items() if metric.on_edges)
 
 
 def error_of(
-    found: Arrays, targets: AccuracyTargets, names: Sequence[str] = tuple(METRICS)
+    distances: Arrays, targets: AccuracyTargets, names: Sequence[str] = tuple(METRICS)
 ) -> tuple[float, str]:
     """Find the largest of some metrics, in units of its allowed value, and its name."""
 
     def share(name: str) -> float:
-        return METRICS[name].share(float(np.max(found[name])), getattr(targets, name))
+        return METRICS[name].share(float(np.max(distances[name])), getattr(targets, name))
 
     return max((share(name), name) for name in names)
 
@@ -46,9 +45,8 @@ def interpolation_errors(
 ) -> Arrays:
     """Compare draws at a condition (alpha_deg, speed) between the nodes of a place with simulation.
 
-    Nodes come row by row, as for `assemble`. Returns values of `METRICS`. An
-    expensive metric has the value of equal laws where a cheap one is far off, or where any value is
-    allowed.
+    Nodes come row by row, as for `assemble`. Returns values of `METRICS`. An expensive metric has
+    the value of equal laws where a cheap one is far off, or where any value is allowed.
     """
     alpha_deg, speed = condition
     stream = FIRST_STREAM + stable_number(f"trial {alpha_deg!r} {speed!r}", 31)
@@ -57,7 +55,7 @@ def interpolation_errors(
         config, np.radians(alpha_deg), speed, samples, seed=seed, stream=stream, threads=1
     )
     direct = simulated_variables(simulation, config.domain.columns)
-    # reports number their hits from 0
+    # a number of hits that no report uses
     hit = 2**32 - 1
     table = Table(assemble(config, make_axes(config, Grid(*place)), nodes))
     drawn = table.sample(
@@ -78,12 +76,12 @@ def _distances(drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets) 
             return np.array(max(estimate.value - estimate.error, 0.0))
         return np.asarray(estimate.distance)
 
-    found: Arrays = {
+    distances: Arrays = {
         name: np.array(m.least) if m.trial_states else distance(name) for name, m in METRICS.items()
     }
-    if error_of(found, targets)[0] < _SKIP_ABOVE:
+    if error_of(distances, targets)[0] < _SKIP_ABOVE:
         for name, metric in METRICS.items():
             # the largest possible value allows any difference
             if metric.trial_states and getattr(targets, name) < metric.most:
-                found[name] = distance(name, metric.trial_states)
-    return found
+                distances[name] = distance(name, metric.trial_states)
+    return distances

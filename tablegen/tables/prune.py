@@ -148,14 +148,14 @@ def _spin_law(
     speeds = contents["spin/speed_range"].copy()
     if not contents.speed_independent:  # the last one, which spins reach, scales a coordinate
         speeds[0] = cut["axes/speed"][0]
-    found = {
+    cut_law = {
         "spin/alpha_range_deg": cut["axes/alpha_deg"][[0, -1]],
         "spin/speed_range": speeds,
     }
     if works:
-        return found
+        return cut_law
     factors = N_OUTCOMES * (N_OUTCOMES + 1) // 2
-    return found | {
+    return cut_law | {
         "spin/mean": contents["spin/mean"][..., :N_OUTCOMES],
         "spin/factor": contents["spin/factor"][..., :factors],
         "spin/quantiles": contents["spin/quantiles"][:, :N_OUTCOMES],

@@ -81,15 +81,14 @@ class NodeCache:
         self,
         size: Resolution,
         places: Iterable[Place],
-        names: Sequence[str] = tuple(METRICS),
-        stage: str = "",
+        names: Sequence[str],
+        stage: str,
     ) -> dict[Place, float]:
         """Measure errors by some metrics in the middles of places, in units of the allowed error.
 
         ``stage`` begins the note of the progress.
         """
-        targets = self.config.accuracy
-        wanted = list(places)
+        targets, wanted = self.config.accuracy, list(places)
         missing = [p for p in dict.fromkeys(wanted) if (size, p) not in self._errors]
         self.fit(size, (c for place in missing for c in product(*place)))
         tasks, owner = {}, {}
@@ -113,12 +112,12 @@ class NodeCache:
         self.runner.run("checking", tasks, on_result)
         return {place: known[place][0] for place in wanted}
 
-    def said(self, size: Resolution, place: Place, names: Sequence[str] = tuple(METRICS)) -> str:
+    def said(self, size: Resolution, place: Place, names: Sequence[str]) -> str:
         """Say where the error in the middle of a place is, by which metric, and how large."""
-        found, targets = self._errors[size, place], self.config.accuracy
-        share, name = error_of(found, targets, names)
+        distances, targets = self._errors[size, place], self.config.accuracy
+        share, name = error_of(distances, targets, names)
         alpha_deg, speed = middle_of(self.config, place)
-        value = METRICS[name].text(float(np.max(found[name])))
+        value = METRICS[name].text(float(np.max(distances[name])))
         return (
             f"{name} {value} at {alpha_deg:.4g} degrees, {speed:.4g} m/s, "
             f"{share:.2f} times the allowed {getattr(targets, name):g}"

@@ -23,7 +23,7 @@ from tablegen.accuracy.measure import (
 )
 from tablegen.checkpoints import TaskRunner
 from tablegen.config.config import load_config
-from tablegen.config.metric_table import CHAINS, METRICS, PRESETS, worst_spin_stored
+from tablegen.config.metric_table import CHAINS, METRICS, PRESETS, worst_stored
 from tablegen.fitting import node
 from tablegen.fitting.node import node_stream
 from tablegen.fitting.resolution import resolution
@@ -119,4 +119,5 @@ def test_is_stored_as_the_layout_says():
         for dataset in layout:
             shape = tuple((named | {"n_spin_columns": 6}).get(dim, dim) for dim in dataset.dims)
             assert stored[dataset.path].shape == shape
-        assert set(worst_spin_stored(stored)) == ({*METRICS, *CHAINS} if measured else set())
+        limits = {*METRICS, *CHAINS} if measured else set()
+        assert set(worst_stored(stored, "spin_accuracy")) == limits

@@ -106,7 +106,7 @@ def test_likelihood_is_that_of_scipy_and_never_falls(sample, reflection):
 @pytest.mark.parametrize("n", [40, 400])
 def test_points_on_a_line_and_few_points_keep_the_ridge(n):
     line = np.random.default_rng(8).standard_normal((n, 1)) * np.array([1.0, 1.0, -2.0])
-    mixture = fit_mixture(line, 100, np.random.default_rng(9))
+    mixture = fit_mixture(line, 100, np.random.default_rng(9), PLAIN, False)
     assert 1 <= len(mixture.weight) <= n // 4
     assert (np.linalg.eigvalsh(mixture.covariance)[:, 0] > 0.99 * RIDGE).all()
 
@@ -147,10 +147,11 @@ def test_fit_is_as_likely_as_the_truth_on_fresh_points():
     z = sample_mixture(truth, COUNT, np.random.default_rng(14))
     fresh = sample_mixture(truth, COUNT, np.random.default_rng(15))
     best = log_density(truth, fresh)
-    fitted = fit_mixture(z, 8, np.random.default_rng(16))
+    fitted, single = (
+        fit_mixture(z, k, np.random.default_rng(16), np.ones(6), False) for k in (8, 1)
+    )
     assert best - log_density(fitted, fresh) < 0.02
     # refused: a single Gaussian, and independent channels
-    single = fit_mixture(z, 1, np.random.default_rng(16))
     assert best - log_density(single, fresh) > 0.2
     diagonal = np.einsum("kij,ij->kij", fitted.covariance, np.eye(6))
     assert best - log_density(replace(fitted, covariance=diagonal), fresh) > 0.2

@@ -36,10 +36,10 @@ def test_coordinates_are_bounded_for_any_spin(conditions):
 
 
 def test_fold_is_the_reflection_in_the_impact_plane(conditions):
-    q = coordinates(conditions, SPEED)
-    once, signs = folded(q)
+    q, image = (coordinates(c, SPEED) for c in (conditions, conditions * CONDITION_SIGNS))
+    once, signs = folded(q, q[:, 2] < 0.0)
     assert (once[:, 2] >= 0.0).all()
-    other, other_signs = folded(coordinates(conditions * CONDITION_SIGNS, SPEED))
+    other, other_signs = folded(image, image[:, 2] < 0.0)
     np.testing.assert_array_equal(once, other)
     np.testing.assert_array_equal(signs * other_signs, np.tile(OUTCOME_SIGNS, (N, 1)))
 

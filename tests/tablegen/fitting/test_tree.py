@@ -13,6 +13,10 @@ def spread(n, still=False):
     return q * [1, 1, 0, 0, 0] if still else q
 
 
+def grown(q, wanted):
+    return grow(q, wanted, np.ones(len(q), dtype=bool))
+
+
 def find_leaves(tree, q):
     """Find the leaf numbers, (n,), of folded conditions (n, 5)."""
     values = np.column_stack([q, np.sum(q[:, 2:] ** 2, axis=1)])
@@ -26,7 +30,7 @@ def find_leaves(tree, q):
 
 def test_every_condition_is_in_one_leaf():
     q = spread(N)
-    tree, leaves = grow(q, 12)
+    tree, leaves = grown(q, 12)
     assert len(leaves) == 12
     found = find_leaves(tree, q)
     for number, leaf in enumerate(leaves):
@@ -40,15 +44,15 @@ def test_every_condition_is_in_one_leaf():
 
 def test_equal_conditions_are_not_cut():
     q = np.tile([[0.5, 0.3, 0.2, 0.0, 0.0]], (100, 1))
-    tree, leaves = grow(q, 4)
+    tree, leaves = grown(q, 4)
     assert (len(tree.axis), len(leaves)) == (0, 1)
     q[50:, 3] = 1.0
-    tree, leaves = grow(q, 4)
+    tree, leaves = grown(q, 4)
     assert len(leaves) == 2
 
 
 def test_conditions_with_spin_have_leaves_of_their_own():
-    still, spinning = grow(spread(N, still=True), 3), grow(spread(N), 8)
+    still, spinning = grown(spread(N, still=True), 3), grown(spread(N), 8)
     tree = joined(still[0], 3, spinning[0])
     q = np.concatenate([spread(50, still=True), spread(50)])
     q[60:70, 2:] *= 1e-9
