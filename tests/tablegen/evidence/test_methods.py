@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 from tiny_tables import TINY
 
 import sampler
-from sampler.errors import InputError
 from sampler.formats.hdf5 import write_table
 from tablegen.config.config import load_config
 from tablegen.evidence import methods
@@ -61,13 +61,11 @@ def test_direct_methods_follow_their_settings(case):
 def test_tables_beside_are_of_the_pair_the_range_and_all_components(tiny, tmp_path):
     mine, other, part = sampler.load(tiny.path), tmp_path / "other.h5", tmp_path / "part.h5"
     write_table(other, replace(mine.contents, pair="sand-glass"))
-    with pytest.raises(InputError, match="got pair sand-glass, allowed: corundum-steel"):
-        methods.other_table(str(other), mine)
-    with pytest.raises(InputError, match=r"got alpha_range .*, allowed: "):
-        methods.other_table(str(tiny.path), sampler.load("corundum-steel"))
+    assert "pair sand-glass" in refused(other, methods.other_table, str(other), mine)
+    whole = sampler.load("corundum-steel")
+    assert "alpha_range" in refused(tiny.path, methods.other_table, str(tiny.path), whole)
     prune(tiny.path, TINY.with_changes({"domain": {"components": ["u", "v"]}}), part)
-    with pytest.raises(InputError, match="got components u, v, allowed: u, v, w, omega_x"):
-        methods.load_whole(str(part))
+    assert "components u, v" in refused(part, methods.load_whole, str(part))
 
 
 def test_interval_holds_the_mean_as_often_as_it_says():

@@ -102,19 +102,19 @@ def state(row, column, value):
     [
         ({}, []),
         (audit(entries.ENERGY, 5e-13), []),
-        (audit(entries.ENERGY, 2e-12), ["energy grows by 2e-12, allowed: 1e-12"]),
+        (audit(entries.ENERGY, 2e-12), ["growing energy"]),
         # over the whole rebound, as from a flight that drifts
-        ({"energy": np.tile([0.8, 0.2 + 1e-9], (4, 1))}, ["energy grows by 1e-09, allowed: 1e-12"]),
-        (state(1, 1, 0.0), ["a particle leaves with v+ = 0 V, allowed: above 0"]),
-        (audit(entries.PENETRATION, 2e-9), ["a contact is 2e-09 a deep, allowed: 1e-09"]),
-        (state([0, 3], 4, np.nan), ["2 of 4 particles are not finite"]),
-        ({"energy": np.tile([0.5, np.inf], (4, 1))}, ["4 of 4 particles are not finite"]),
-        (audit(entries.NORMAL, np.nan), ["4 of 4 particles are not finite"]),
+        ({"energy": np.tile([0.8, 0.2 + 1e-9], (4, 1))}, ["growing energy"]),
+        (state(1, 1, 0.0), ["not leaving"]),
+        (audit(entries.PENETRATION, 2e-9), ["in the wall"]),
+        (state([0, 3], 4, np.nan), ["not finite"]),
+        ({"energy": np.tile([0.5, np.inf], (4, 1))}, ["not finite"]),
+        (audit(entries.NORMAL, np.nan), ["not finite"]),
     ],
 )
 def test_failures(monkeypatch, changes, failures):
     made = measure(monkeypatch, **changes)
-    assert list(made.failures.values()) == failures
+    assert list(made.failures) == failures
     json.dumps(made.to_dict(), allow_nan=False)
 
 
@@ -161,19 +161,18 @@ def test_friction_of_any_strength_is_simulated_and_its_failures_are_named(monkey
 
         return simulate
 
-    for wrong, complaint in (
-        (lambda *_: 17, "particle 17 is unfinished"),
-        (spoiled(3, 5, np.nan), "particle 3 is not finite"),
-        (spoiled(3, 1, 0.0), "a particle leaves with v+ = 0 V, allowed: above 0"),
-        (spoiled(4, 6, 1.5), "energy grows by "),
+    for wrong, kind in (
+        (lambda *_: 17, "unfinished"),
+        (spoiled(3, 5, np.nan), "not finite"),
+        (spoiled(3, 1, 0.0), "not leaving"),
+        (spoiled(4, 6, 1.5), "growing energy"),
     ):
         monkeypatch.setattr(friction, "simulate_batch", wrong)
         made = run_friction(CONFIG, 30, seed=5, threads=1)
-        assert all(complaint in "; ".join(o.failures.values()) for o in made)
+        assert all(kind in outcome.failures for outcome in made)
         study = Study("x", 1.0, 1.0, 5, 6, (), made)
         assert not study.holds
-        line = f"failed: Coulomb 0.1, 0.1, e = 0 (seed 5): {complaint}"
-        assert failure_lines(study)[0].startswith(line)
+        assert "(seed 5): " + made[0].failures[kind] in failure_lines(study)[0]
 
 
 @pytest.fixture
@@ -193,43 +192,18 @@ def test_good_model_is_status_0(run, tmp_path):
     assert "Coulomb friction: random impacts" in ended.out
     assert GOOD in ended.out
     assert GOOD in page.read_text()
-    # the seed repeats a case by simulation
-    case, output = data["cases"][-1], tmp_path / "r.npz"
-    words = ("--alpha", case["alpha_deg"], "--speed", case["speed"], "--seed", case["seed"])
-    words += ("--aspect", *case["aspect"], "--spin", 0, 0, case["spin"], "--count", 3)
-    given = ("--pair", "corundum-steel", "--shape", case["shape"], *words)
-    assert run("simulate", *given, "--output", output, "--quiet").status == DONE
-    with np.load(output) as file:
-        assert file["state"][:, 1].min() == case["figures"]["least_velocity"]
 
 
-def is_left_in_contact(made):
-    """What a cap on the number of collisions would do: long chains end falling."""
-    spoiled = made.state.copy()
-    spoiled[made.collisions > 3, 1] *= -1.0
-    return replace(made, state=spoiled)
-
-
-def does_not_finish(made):
-    raise RuntimeError("still in contact")
-
-
-@pytest.mark.parametrize(
-    ("change", "complaint"),
-    [
-        (is_left_in_contact, "a particle leaves with v+ = -"),
-        (does_not_finish, "a particle is unfinished"),
-    ],
-)
 @pytest.mark.usefixtures("few_cases")
-def test_wrong_model_is_status_1_and_is_reported(run, tmp_path, monkeypatch, change, complaint):
-    right, record = module.simulate_condition, tmp_path / "s.json"
-    monkeypatch.setattr(module, "simulate_condition", lambda *a, **b: change(right(*a, **b)))
-    ended = run("stability", *FEW, 0, "--json", record)
+def test_wrong_model_is_status_1_and_is_reported(run, tmp_path, monkeypatch):
+    def does_not_finish(*_, **__):
+        raise RuntimeError("still in contact")
+
+    monkeypatch.setattr(module, "simulate_condition", does_not_finish)
+    ended = run("stability", *FEW, 0, "--json", tmp_path / "s.json")
     assert (ended.status, ended.err) == (MISSED, "")
-    assert complaint in ended.out
-    assert GOOD not in ended.out
-    assert json.loads(record.read_text())["holds"] is False
+    assert "a particle is unfinished" in ended.out
+    assert json.loads((tmp_path / "s.json").read_text())["holds"] is False
 
 
 def test_a_tolerance_that_cannot_be_halved_is_refused():
