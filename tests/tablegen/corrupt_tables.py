@@ -19,7 +19,7 @@ _W_HAT = 3
 _DIAGONAL = [0, 2, 5, 9, 14, 20]
 
 
-def _with(contents, changes):
+def with_datasets(contents, changes):
     return replace(contents, datasets={**contents.datasets, **changes})
 
 
@@ -33,21 +33,21 @@ def independent_channels(contents):
     """The marginals of every class, nearly, and no dependence within a class."""
     factor = np.zeros_like(contents[FACTORS])
     factor[..., _DIAGONAL] = MIXTURE_SCALE
-    return _with(contents, {MEAN: 0 * contents[MEAN], FACTORS: factor})
+    return with_datasets(contents, {MEAN: 0 * contents[MEAN], FACTORS: factor})
 
 
 def shifted_speeds(contents):
     """Each node holds the law of the next faster one, and the last its own."""
     n_speed = len(contents["axes/speed"])
     following = np.minimum(np.arange(n_speed) + 1, n_speed - 1)
-    return _with(contents, {name: contents[name][:, following] for name in NODE_DATASETS})
+    return with_datasets(contents, {name: contents[name][:, following] for name in NODE_DATASETS})
 
 
 def lopsided(contents, shift=0.05):
     """All w a little to one side: the mirror symmetry is gone."""
     quantiles = contents["marginals/quantiles"].copy()
     quantiles[..., _W_HAT, :] = np.clip(quantiles[..., _W_HAT, :] + shift, -0.9999, 0.9999)
-    return _with(contents, {"marginals/quantiles": quantiles})
+    return with_datasets(contents, {"marginals/quantiles": quantiles})
 
 
 def independent_columns(states, seed):
@@ -62,14 +62,14 @@ def forged(contents):
     stored = {path: 0.0 * contents[path] for path in contents.datasets if path[:9] == "accuracy/"}
     kept = {name: contents[name] for name in ("accuracy/alpha_deg", "accuracy/speed")}
     stored["accuracy/auc"] = stored["accuracy/auc"] + 0.5
-    return declaring(_with(contents, {**stored, **kept}), **lenient)
+    return declaring(with_datasets(contents, {**stored, **kept}), **lenient)
 
 
 def _at(contents, node, changes):
     arrays = {name: contents[name].copy() for name in changes}
     for name, values in changes.items():
         arrays[name][node] = values
-    return _with(contents, arrays)
+    return with_datasets(contents, arrays)
 
 
 def garbage(contents, nodes):
@@ -79,4 +79,4 @@ def garbage(contents, nodes):
 
 
 def unreflected(contents):
-    return _with(contents, {REFLECTION: 0 * contents[REFLECTION]})
+    return with_datasets(contents, {REFLECTION: 0 * contents[REFLECTION]})

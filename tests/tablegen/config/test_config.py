@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 import tomli_w
 from pydantic import ValidationError
+from refusals import refused
 from tiny_tables import TINY
 
 from sampler.errors import InputError
@@ -27,13 +28,13 @@ def changed(changes):
     return tomli_w.dumps(merged(tomllib.loads(PAIR_TEXT), changes))
 
 
-def refused(text, directory=None):
+def line_about(text, directory=None):
+    """Refuse the text of a file; the line, after the name of the file."""
     with pytest.raises(InputError) as caught:
         parse_config(text, "my.toml", directory)
-    line = str(caught.value)
-    assert "\n" not in line
-    assert line.startswith("my.toml: ")
-    return line.removeprefix("my.toml: ")
+    name, _, line = str(caught.value).partition(": ")
+    assert (name, "\n" in line) == ("my.toml", False)
+    return line
 
 
 class TestShippedPair:
@@ -46,11 +47,6 @@ class TestShippedPair:
         assert config.domain.alpha_deg == (0.5, 90.0)
         assert config.domain.speed == (5.0, 300.0)
         assert config.population.truncation == 2.0 - math.sqrt(2.0)
-        accuracy = config.accuracy
-        assert accuracy.ks <= 0.010
-        assert accuracy.sliced_wasserstein <= 0.008
-        assert accuracy.correlation_error <= 0.02
-        assert accuracy.auc <= 0.56
 
     def test_path_and_name_are_the_same_and_the_text_is_the_file(self):
         path = data_directory() / "corundum-steel.toml"
@@ -92,8 +88,8 @@ class TestScene:
         config = load_config(scene)
         assert (config.name, config.pair_name, config.table.seed) == ("scene", "mine", 77)
         assert parse_config(config.text, "stored") == config
-        line = refused('name = "a"\npair = "corundum-steel.toml"\n', tmp_path)
-        assert line == f"pair: got {tmp_path / 'corundum-steel.toml'}, allowed: a file that exists"
+        line = line_about('name = "a"\npair = "corundum-steel.toml"\n', tmp_path)
+        assert line.startswith(f"pair: got {tmp_path / 'corundum-steel.toml'}, ")
 
     def test_other_kind_replaces_the_whole_law(self):
         fixed = '[population.aspect]\ndistribution = "fixed"\nvalues = [0.9, 0.7]\n'
@@ -114,16 +110,16 @@ class TestScene:
 
     def test_unusable_scenes(self):
         for pair in ("gold-glass", "demo"):
-            assert refused(f'name = "a"\npair = "{pair}"\n').startswith(f"pair: got '{pair}', ")
-        assert refused('pair = "corundum-steel"\n').startswith("name: missing, allowed: ")
+            line = line_about(f'name = "a"\npair = "{pair}"\n')
+            assert line.startswith(f"pair: got '{pair}', ")
+        assert line_about('pair = "corundum-steel"\n').startswith("name: missing, ")
 
 
 def test_with_changes_keeps_text_and_fields_together_and_checks():
     config = load_config("demo").with_changes({"table": {"seed": 2**64 - 1}})
     assert config.table.seed == 2**64 - 1
     assert parse_config(config.text, "stored") == config
-    with pytest.raises(InputError, match=r"^demo, changed: table\.seed: got -1, allowed"):
-        load_config("demo").with_changes({"table": {"seed": -1}})
+    refused("demo, changed: table.seed", config.with_changes, {"table": {"seed": -1}})
 
 
 class TestDomain:
@@ -145,11 +141,9 @@ class TestDomain:
 
     @pytest.mark.parametrize("speed", [[10.0, 300.0], [50.0, 301.0]])
     def test_extrapolation_must_be_asked_for(self, speed):
-        line = refused(changed({"domain": {"speed": speed, "extrapolate": False}}))
-        assert line == (
-            f"domain.speed: got [{speed[0]:g}, {speed[1]:g}], allowed: inside the restitution "
-            "law's validity range [50, 300] m/s, or set domain.extrapolate = true"
-        )
+        line = line_about(changed({"domain": {"speed": speed, "extrapolate": False}}))
+        assert line.startswith(f"domain.speed: got [{speed[0]:g}, {speed[1]:g}], ")
+        assert "[50, 300] m/s" in line
         asked = parse_config(changed({"domain": {"speed": speed, "extrapolate": True}}), "my.toml")
         assert asked.domain.speed == tuple(speed)
 
@@ -162,18 +156,16 @@ class TestDomain:
 
 class TestUnusableFiles:
     def test_syntax_error_says_where(self):
-        line = refused(PAIR_TEXT.replace("coefficient = 0.1", "coefficient ="))
-        assert line.startswith("not valid TOML: ")
+        line = line_about(PAIR_TEXT.replace("coefficient = 0.1", "coefficient ="))
         assert "at line 25, column" in line
 
     def test_tables_in_tables_end(self):
-        assert "recursion" in refused(".".join(["a"] * 3000) + " = 1")
+        assert "recursion" in line_about(".".join(["a"] * 3000) + " = 1")
 
     def test_encodings(self, tmp_path):
         path = tmp_path / "my.toml"
         path.write_bytes(b'name = "\xff"')
-        with pytest.raises(InputError, match=r"^my\.toml: got byte 0xff at position 8, allowed"):
-            load_config(path)
+        assert "byte 0xff at position 8" in refused("my.toml", load_config, path)
         path.write_bytes(b"\xef\xbb\xbf" + PAIR_TEXT.encode())
         assert load_config(path) == load_config("corundum-steel")
 
@@ -191,16 +183,14 @@ class TestStored:
     def test_texts_that_name_a_file_are_refused(self, monkeypatch):
         for function in ("read_text", "read_mesh"):
             monkeypatch.setattr(f"tablegen.config.config.{function}", None)
-        with pytest.raises(InputError, match=r"^t\.h5: pair: got 'corundum-steel', allowed: the"):
-            stored_config(SCENE, "t.h5")
-        with pytest.raises(InputError, match=r"population\.meshes\[0\]\.vertices: missing"):
-            stored_config(self.naming_a_mesh(), "t.h5")
+        refused("t.h5: pair", stored_config, SCENE, "t.h5")
+        refused("t.h5: population.meshes[0].vertices", stored_config, self.naming_a_mesh(), "t.h5")
         assert stored_config(self.TABLE.config, "t.h5").pair_name == "corundum-steel"
 
-    def test_commands_refuse_a_text_that_is_not_a_configuration(self, run, refused, tmp_path):
+    def test_commands_refuse_a_text_that_is_not_a_configuration(self, run, refuse, tmp_path):
         path = tmp_path / "t.h5"
         write_table(path, replace(self.TABLE, config="[" * 5000))
-        assert "config: " in refused("validate", path)
+        assert "config: " in refuse("tablegen", "validate", path)
         assert "declared          ?" in run("inspect", path).out
 
 

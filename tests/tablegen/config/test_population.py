@@ -9,19 +9,19 @@ from refusals import refused
 from scipy.special import ndtri
 from scipy.stats import truncnorm
 
-from sampler.errors import InputError
 from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
-from tablegen.config.config import load_config
-from tablegen.config.population import FixedAspect, ShapeWeights
+from tablegen.config.config import load_config, load_population
+from tablegen.config.grains import GRAINS, named_population
+from tablegen.config.population import FixedAspect, Population, ShapeWeights
 from tablegen.model import shapes
 from tablegen.model.shapes import FIRST_MESH
 
-POPULATION = load_config("corundum-steel").population
+CORUNDUM = load_config("corundum-steel")
+POPULATION = CORUNDUM.population
 
 
 def with_shapes(**weights):
-    config = load_config("corundum-steel").with_changes({"population": {"shapes": weights}})
-    return config.population
+    return CORUNDUM.with_changes({"population": {"shapes": weights}}).population
 
 
 def test_codes_are_those_of_the_output_files():
@@ -121,7 +121,28 @@ class TestMeshes:
     def test_ratios_are_not_theirs(self):
         meshes = population_of(grain(50))
         assert meshes.with_aspect(0.5, 0.5).meshes == meshes.meshes
-        with pytest.raises(InputError, match="a weight above 0"):
-            population_of(grain(50), weights=[0.0])
-        with pytest.raises(InputError, match="points that span a volume"):
-            population_of(box(0.5, 0.0))
+        field = "corundum-steel, changed: population"
+        refused(f"{field}.shapes", population_of, grain(50), weights=[0.0])
+        refused(f"{field}.meshes[0].vertices", population_of, box(0.5, 0.0))
+
+
+def test_names_of_grains_stand_for_populations_in_any_configuration():
+    means = []
+    for name in GRAINS:
+        config = CORUNDUM.with_changes({"population": name})
+        assert load_population(name) == named_population(name)
+        assert 'population = "' not in config.text  # a table says what the name meant
+        means.append(config.population.aspect.mean)
+    assert means == sorted(means)
+    changed = {"population": "round"}
+    refused("corundum-steel, changed: population", CORUNDUM.with_changes, changed)
+
+
+def test_grains_are_a_name_a_pair_or_a_file(tmp_path):
+    path = tmp_path / "grains.toml"
+    path.write_text("[population.shapes]\nsphere = 2.0\n")
+    assert load_population(path)["shapes"]["sphere"] == 2.0
+    assert Population.from_tree(load_population("corundum-steel")) == POPULATION
+    path.write_text("[population.shapes]\nsphere = -1.0\n")
+    refused("grains.toml: population.shapes.sphere", load_population, path)
+    refused("grains", load_population, "round")

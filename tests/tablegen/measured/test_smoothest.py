@@ -1,13 +1,10 @@
-"""The bounded search on linear problems, free numbers of each form, and named populations."""
+"""The bounded search on linear problems, and standard errors of its results."""
 
 import numpy as np
 import pytest
-from refusals import refused
 from synthetic_measurements import SOURCE, small_pair
 
-from tablegen import load_config
-from tablegen.config.grains import GRAINS
-from tablegen.measured.free_numbers import FreeNumbers, chosen_names
+from tablegen.measured.free_numbers import FreeNumbers
 from tablegen.measured.smoothest import Penalty, bootstrapped, smoothest
 
 ANGLES = [5.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]
@@ -53,45 +50,3 @@ def test_bootstrapped_errors_follow_the_noise():
         rows = np.arange(place.size)
         sizes.append(np.std(bootstrapped(numbers, found, rows, 1), axis=0).mean())
     assert 2.0 < sizes[1] / sizes[0] < 8.0
-
-
-def test_forms_of_laws_have_their_free_numbers():
-    corundum = load_config("corundum-steel")
-    names = chosen_names(corundum, ())
-    assert names == (
-        "pair.restitution.coefficient",
-        "pair.restitution.exponent",
-        "pair.resistance.strength",
-        "pair.resistance.factor",
-    )
-    assert chosen_names(corundum, ["+pair.resistance.factor"]) == names
-    assert chosen_names(corundum, names[:1]) == names[:1]
-    numbers = FreeNumbers(corundum, names)
-    np.testing.assert_allclose(numbers.numbers(numbers.start), [0.1, 0.61, 1.0, 1.0])
-    assert numbers.pair(numbers.start) == corundum.pair
-    refused("free", chosen_names, corundum, names[:1] * 2)
-
-
-def test_polynomials_stay_restitutions_and_friction_keeps_its_order():
-    law = {"law": "polynomial", "coefficients": [0.9, -0.5, 0.1], **SOURCE}
-    numbers = FreeNumbers(small_pair(pair={"restitution": law}), ["pair.restitution.coefficients"])
-    np.testing.assert_allclose(numbers.numbers(numbers.start), [0.9, -0.5, 0.1], atol=1e-12)
-    for x in np.random.default_rng(1).integers(0, 2, (8, 3)).astype(float):
-        numbers.pair(x)  # raises if the law leaves [0, 1]
-    law = {"law": "coulomb", "static": 0.4, "dynamic": 0.3, **SOURCE}
-    names = ["pair.resistance.static", "pair.resistance.dynamic"]
-    numbers = FreeNumbers(small_pair(pair={"resistance": law}), names)
-    assert numbers.pair(np.array([0.2, 0.5])).resistance.static == 0.5
-
-
-def test_named_populations_stand_in_any_configuration():
-    sizes = []
-    for name in GRAINS:
-        config = small_pair(population=name)
-        again = load_config("corundum-steel").with_changes({"population": name})
-        assert config.population == again.population
-        assert 'population = "' not in config.text  # a table says what the name meant
-        sizes.append(config.population.aspect.mean)
-    assert sizes == sorted(sizes)
-    line = refused("corundum-steel, changed", small_pair, population="round")
-    assert "population: got 'round'" in line

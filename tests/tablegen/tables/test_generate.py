@@ -13,6 +13,7 @@ from tablegen.fitting.marginals import rounded_quantiles
 from tablegen.fitting.node import fit_node
 from tablegen.tables.generate import generate
 from tablegen.tables.plan import make_plan
+from tablegen.tables.prune import pruned
 from tablegen.tables.rehearsal import rehearse
 
 pytestmark = pytest.mark.usefixtures("quick_measurement", "quick_classifier")
@@ -80,6 +81,10 @@ def test_law_without_speed_has_one_node_of_it_and_serves_any(tmp_path):
     assert sum(table.counts.values()) == 0
     at = validate(tmp_path / "t.h5", at=[(40.0, 70.0)], samples=MEASURED)
     assert at.comparisons[0].speed == 70.0
+    # a scene with other speeds keeps all
+    part = pruned(table.contents, config.with_changes({"domain": {"speed": [1.0, 900.0]}}))
+    assert part.speed_independent
+    assert part["axes/speed"].tolist() == [300.0]
 
 
 @pytest.mark.study  # eleven validations take five minutes of one processor
