@@ -15,7 +15,6 @@ from tablegen.accuracy.metrics import (
     Settings,
     auc,
     classifier_scores,
-    correlation_error,
     correlation_variances,
     ks_distances,
     ratio,
@@ -175,18 +174,6 @@ class TestSlicedWasserstein:
         a, b = rng.standard_normal((70, 1)), 0.3 + 2.0 * rng.standard_normal((45, 1))
         expected = wasserstein_distance(a[:, 0], b[:, 0]) / b.std()
         assert sliced_wasserstein(a, b, Settings()).value == pytest.approx(expected, rel=1e-3)
-
-
-def test_correlation_error_of_known_correlations():
-    line = np.linspace(-1.0, 1.0, 201)
-    rising = np.column_stack((line, line, line**2))
-    falling = np.column_stack((line, -line, line**2))
-    assert correlation_error(rising, falling).value == pytest.approx(2.0, abs=1e-12)
-    assert correlation_error(rising, 5.0 * rising - 2.0).value == pytest.approx(0.0, abs=1e-12)
-    # a constant correlates with nothing
-    constant = np.column_stack((line, np.full(201, 0.1)))
-    found = correlation_error(constant, np.column_stack((line, line)))
-    assert found.value == pytest.approx(1.0)
 
 
 def test_every_metric_has_its_function_and_the_file_stores_metrics_only():

@@ -199,13 +199,15 @@ def test_page_of_laws_has_the_bounds_of_the_code():
 
     page = (data_directory() / "LAWS.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| ([^|]+?) \| ([^|]+?) \|", page.partition("## Bounds")[2], re.M))
-    assert rows["aspect ratios b/a, c/b"] == bounds.ASPECT.words
-    assert rows["impact angle"] == bounds.ALPHA_DEG.words
-    assert rows["impact speed"] == bounds.SPEED.words
-    assert rows["each component of the spin before the impact"] == bounds.SPIN.words
-    turned = f"up to {0.5 * bounds.MOST_TURNED:,.0f} sin(angle) V/a"
-    assert rows["magnitude of that spin"] == turned
-    assert rows["`contact_resolution`"] == bounds.CONTACT_RESOLUTION.words
-    assert rows["`tolerance`"] == bounds.TOLERANCE.words
     low, high = bounds.MESH_SIZE.low, bounds.MESH_SIZE.high
-    assert rows["mesh"] == f"coordinates up to {high:g}, extent of at least {low:g}"
+    expected = {
+        "aspect ratios b/a, c/b": bounds.ASPECT.words,
+        "impact angle": bounds.ALPHA_DEG.words,
+        "impact speed": bounds.SPEED.words,
+        "each component of the spin before the impact": bounds.SPIN.words,
+        "magnitude of that spin": f"up to {0.5 * bounds.MOST_TURNED:,.0f} sin(angle) V/a",
+        "`contact_resolution`": bounds.CONTACT_RESOLUTION.words,
+        "`tolerance`": bounds.TOLERANCE.words,
+        "mesh": f"coordinates up to {high:g}, extent of at least {low:g}",
+    }
+    assert {name: rows[name] for name in expected} == expected

@@ -58,16 +58,6 @@ def test_mirror_makes_a_node_exactly_symmetric():
     assert (plain.quantiles[:, 3:] != -plain.quantiles[:, 3:, ::-1]).any()
 
 
-def test_arrays_are_a_function_of_the_configuration_and_the_condition():
-    config = node_config(**SMALL)
-    first = fit_node(config, ALPHA_DEG, SPEED)
-    for a, b in zip(first, fit_node(config, ALPHA_DEG, SPEED), strict=True):
-        np.testing.assert_array_equal(a, b)
-    seed = fit_node(node_config(**SMALL, seed=2), ALPHA_DEG, SPEED)
-    angle, speed = fit_node(config, 36.0, SPEED), fit_node(config, ALPHA_DEG, 151.0)
-    assert all((first.mean != other.mean).any() for other in (seed, angle, speed))
-
-
 def test_spare_components_are_never_drawn():
     """A hundred particles are too few for 64 components: some places stay empty."""
     config = node_config(samples_per_node=100, components=64, quantile_knots=33)

@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from mesh_fixtures import box
+from spin_laws import chain_sample
 from tiny_tables import ROUGH
 
 from sampler.formats.channels import STATE, WORKS
@@ -15,8 +16,6 @@ from tablegen.config.mesh import MeshFile
 from tablegen.fitting.leaf import fit_leaf
 from tablegen.fitting.resolution import spin_sizes
 from tablegen.fitting.spin_law import speed_coordinate, spin_law
-from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import depart, occurring_impacts
 from tablegen.tables.generate import generate
 from tablegen.tables.plan import make_plan
 
@@ -82,23 +81,17 @@ def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
     }
     config = SPINNING.with_changes(changes)
     table = generate(config, tmp_path / "t.h5", conditions=0).table
-    model = DirectModel(config)
-    index = np.arange(8000, dtype=np.uint64)
-    both = (occurring_impacts(config, model, 3, index + np.uint64(k)) for k in (0, 8000))
-    impacts, others = (some.of(some.spin[:, 2] < -0.3) for some in both)
-    left = depart(model, others, 3)
-    direct = np.hstack([left.states, left.works])
-
-    def drawn(spin):
-        keys = {"seed": 3, "index": impacts.index, "hit": impacts.hit}
-        return table.sample(impacts.alpha1, impacts.speed, spin=spin, **keys)
-
-    bound = np.sqrt(0.5 * np.log(2.0 / 1e-3) * (1.0 / len(direct) + 1.0 / len(impacts.index)))
+    impacts, direct, bound = chain_sample(config, -0.3)
     assert bound < 0.065
-    assert max(ks_distances(drawn(impacts.spin), direct)) < bound
-    assert max(ks_distances(drawn(impacts.spin * [1.0, 1.0, -1.0]), direct)) > 2.0 * bound
-    exchanged = ks_distances(drawn(impacts.spin)[:, [7, 6]], direct[:, 6:])
-    assert min(exchanged) > 2.0 * bound
+
+    def drawn(turned):
+        keys = {"seed": 3, "index": impacts.index, "hit": impacts.hit}
+        return table.sample(impacts.alpha1, impacts.speed, spin=impacts.spin * turned, **keys)
+
+    assert max(ks_distances(drawn([1.0, 1.0, 1.0]), direct)) < bound
+    assert max(ks_distances(drawn([1.0, 1.0, -1.0]), direct)) > 2.0 * bound
+    exchanged = drawn([1.0, 1.0, 1.0])[:, [7, 6]]
+    assert min(ks_distances(exchanged, direct[:, 6:])) > 2.0 * bound
 
 
 def test_an_interrupted_law_resumes(tmp_path, monkeypatch):

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from refusals import refused
 from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH, TINY
 
 import sampler
-from sampler.errors import InputError
 from sampler.formats.channels import WORKS, channels_for
 from tablegen.accuracy.validate import validate, validate_contents
 from tablegen.config.config import load_config, parse_config
@@ -104,32 +104,27 @@ def constant(value):
 class TestRefusedBeforeAnyWork:
     @pytest.fixture
     def line(self, tmp_path, monkeypatch):
-        """Generate a table that is refused before a node is fitted; returns the message."""
+        """Generate a table that is refused for a field before a node is fitted."""
 
-        def refused(config, output="t.h5", **settings):
+        def check(field, config, output="t.h5", **settings):
             monkeypatch.setattr(REFINE, "fit_node", None)
-            with pytest.raises(InputError) as caught:
-                generate(config, tmp_path / output, **settings)
+            line = refused(field, generate, config, tmp_path / output, **settings)
             assert list(tmp_path.iterdir()) == []
-            return str(caught.value)
+            return line
 
-        return refused
+        return check
 
-    def test_output_and_measurement(self, line):
-        assert line(ROUGH, "none/t.h5").startswith("output: got ")
-        assert line(ROUGH, conditions=-1).startswith("conditions: got -1, ")
-        assert line(ROUGH, samples=999).startswith("samples: got 999, ")
-
-    def test_close_nodes(self, line):
-        nodes = [35.0, 35.0001, 45.0]
-        found = line(ROUGH.with_changes({"table": {"alpha_nodes_deg": nodes}}))
-        assert found.startswith("table.alpha_nodes_deg: got 35 and 35.0001, ")
+    def test_output_measurement_and_close_nodes(self, line):
+        line("output", ROUGH, "none/t.h5")
+        line("conditions", ROUGH, conditions=-1)
+        line("samples", ROUGH, samples=999)
+        nodes = {"table": {"alpha_nodes_deg": [35.0, 35.0001, 45.0]}}
+        assert "35 and 35.0001" in line("table.alpha_nodes_deg", ROUGH.with_changes(nodes))
 
     def test_contents_that_the_file_format_refuses(self, line, monkeypatch):
-        monkeypatch.setattr(
-            "tablegen.tables.assembly.variate_knots", lambda count: np.linspace(0.0, 1.0, count)
-        )
-        assert line(ROUGH).startswith("marginals/variate_knots: got ")
+        knots = "tablegen.tables.assembly.variate_knots"
+        monkeypatch.setattr(knots, lambda count: np.linspace(0.0, 1.0, count))
+        line("marginals/variate_knots", ROUGH)
 
     def test_constant_variables_may_be_left_out(self, line):
         elastic = {
@@ -137,6 +132,6 @@ class TestRefusedBeforeAnyWork:
             "domain": {"extrapolate": True},
         }
         config = ROUGH.with_changes(elastic)
-        assert line(config).startswith("domain.components: got u, w, omega_y, the same")
+        assert "u, w, omega_y" in line("domain.components", config)
         components = {"domain": {"components": ["v", "omega_x", "omega_z", "collisions"]}}
         rehearse(make_plan(config.with_changes(components)))

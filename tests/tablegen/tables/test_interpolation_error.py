@@ -70,12 +70,6 @@ class TestNodes:
         crossed = interpolation_errors(TINY, place, (36.0, 150.0), nodes[::-1])
         assert error_of(crossed, TARGETS)[0] > 1.0
 
-    def test_is_a_function_of_its_arguments(self):
-        node = fit_node(ROUGH, 35.0, 150.0)
-        first, again = (interpolation_errors(ROUGH, HERE, (35.0, 150.0), [node]) for _ in range(2))
-        for name in METRICS:
-            np.testing.assert_array_equal(first[name], again[name])
-
     def test_hopeless_nodes_are_not_classified(self, monkeypatch):
         monkeypatch.setattr(MODULE, "ESTIMATES", {**ESTIMATES, "auc": None})
         strict = ROUGH.with_changes({"accuracy": {"ks": 1e-3}})

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from contact_law_samples import RESISTANCE, RESTITUTION
 from refusals import refused
 
 import sampler.numba
@@ -17,27 +18,8 @@ from tablegen.tables import spheres
 from tablegen.tables.prune import pruned
 
 KHARAZ = load_config("kharaz-2001")
-TABULATED = {
-    "law": "tabulated",
-    "angle_deg": [10.0, 45.0, 90.0],
-    "speed": [50.0, 200.0],
-    "value": [[0.9, 0.85], [0.6, 0.5], [0.4, 0.25]],
-}
-RESTITUTION = (
-    {"law": "exponential", "coefficient": 0.1, "exponent": 0.61},
-    {"law": "polynomial", "coefficients": [0.99, -0.5, 0.1]},
-    {"law": "constant", "value": 0.0},
-    {"law": "power", "coefficient": 0.7, "reference_speed": 50.0, "exponent": 0.3},
-    TABULATED,
-)
-FRICTION = {"law": "coulomb", "static": 0.3, "dynamic": 0.2}
-RESISTANCE = (
-    {"law": "exponential-orientation", "strength": -1.5, "factor": 0.6},
-    {"law": "constant", "value": 0.3},
-    {"law": "tabulated", "angle_deg": [10.0, 80.0], "value": [0.2, 0.6]},
-    FRICTION,
-    FRICTION | {"tangential_restitution": [0.44], "angle_deg": [50.0]},
-)
+REVERSING = RESISTANCE["coulomb"] | {"tangential_restitution": [0.44], "angle_deg": [50.0]}
+LAWS = [*zip(RESTITUTION.values(), [*RESISTANCE.values(), REVERSING], strict=True)]
 
 
 def with_laws(restitution, resistance, **domain):
@@ -46,18 +28,19 @@ def with_laws(restitution, resistance, **domain):
     return KHARAZ.with_changes({"pair": pair, "domain": {"speed": [10.0, 300.0], **domain}})
 
 
+CONFIG = with_laws(RESTITUTION["tabulated"], REVERSING)
+
+
 @pytest.fixture(scope="module")
 def table(tmp_path_factory):
     """The table of a pair, through a file."""
     path = tmp_path_factory.mktemp("spheres") / "t.h5"
-    write_table(path, spheres.sphere_contents(with_laws(TABULATED, RESISTANCE[4])))
+    write_table(path, spheres.sphere_contents(CONFIG))
     assert path.stat().st_size < 32_000
     return sampler.load(path, outside="raise")
 
 
-@pytest.mark.parametrize(
-    ("restitution", "resistance"), [*zip(RESTITUTION, RESISTANCE, strict=True)]
-)
+@pytest.mark.parametrize(("restitution", "resistance"), LAWS)
 def test_draws_are_direct_simulation(restitution, resistance):
     contents = spheres.sphere_contents(with_laws(restitution, resistance))
     assert spheres.largest_difference(contents, 1) < spheres.ROUNDING
@@ -73,7 +56,7 @@ def test_rebounds_are_those_of_the_direct_model(table, roughness):
     impact[0][velocity @ impact[1] >= 0.0] = (50.0, -30.0, 0.0)
     more = {"omega": rng.uniform(-4e6, 4e6, (500, 3)), "wall_velocity": (1.0, 2.0, 3.0)}
     more |= {"roughness": roughness, "seed": 5, "index": np.arange(500), "hit": 2}
-    config = with_laws(TABULATED, RESISTANCE[4]).with_changes({"model": {"tolerance": 1e-14}})
+    config = CONFIG.with_changes({"model": {"tolerance": 1e-14}})
     direct = DirectModel(config).rebound(*impact, **more)
     drawn = table.rebound(*impact, **more)
     np.testing.assert_allclose(drawn.velocity, direct.velocity, rtol=0.0, atol=1e-10)
@@ -101,7 +84,7 @@ def test_the_laws_of_mechanics_hold(table):
 
 def test_energies_and_works_of_first_impacts():
     names = ["v", "rotational_energy", "collisions", "work_normal", "work_shear"]
-    config = with_laws(RESTITUTION[3], RESISTANCE[4], components=names)
+    config = with_laws(RESTITUTION["power"], REVERSING, components=names)
     for alpha1 in np.radians([0.2, 20.0, 70.0]):
         told = simulate(config, alpha1, 80.0, 1, seed=1)
         expected = [told.state[0, 1], told.energy[0, 1], 1.0, *told.work[0]]
@@ -113,7 +96,7 @@ def test_works_balance_with_spin():
     """Energies after and works make up the energy before, over m V^2 / 2."""
     rng = np.random.default_rng(8)
     alpha1, spin = np.radians(rng.uniform(1.0, 90.0, 100)), rng.normal(0.0, 3.0, (100, 3))
-    config = with_laws(RESTITUTION[3], RESISTANCE[4], components=[*STATE, *WORKS])
+    config = with_laws(RESTITUTION["power"], REVERSING, components=[*STATE, *WORKS])
     table = sampler.Table(spheres.sphere_contents(config))
     drawn = table.sample(alpha1, 80.0, spin=spin, seed=1, index=np.arange(100), hit=0)
     weights = np.array([1.0, 1.0, 1.0, 0.4, 0.4, 0.4])
@@ -166,7 +149,7 @@ def test_what_is_refused(refuse, tmp_path):
     ("at", "value"), [(0, 0.0), (0, 0.1), (1, 5.0), (4, -1.0), (7, 90.0), (8, 2.0), (11, 0.1)]
 )
 def test_laws_that_cannot_be_drawn_from(at, value):
-    contents = spheres.sphere_contents(with_laws(TABULATED, RESISTANCE[4]))
+    contents = spheres.sphere_contents(CONFIG)
     laws = contents["sphere/laws"].copy()
     laws[at] = value
     with pytest.raises(TableError, match=r"^sphere/laws: got "):
