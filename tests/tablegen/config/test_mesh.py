@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 import tomli_w
 import trimesh
-from command_line import DONE, SIMULATE, flags
 from mesh_fixtures import (
     KNOWN,
-    POPULATION,
     box,
     grain,
     known_body,
@@ -190,29 +188,3 @@ class TestConfig:
         config = self.meshes_alone(sphere=1.0)
         assert config.population.kernel_arguments().shape_codes.tolist() == [4, FIRST_MESH]
         refused("my.toml: population.aspect", self.meshes_alone, prism=1.0)
-
-
-class TestCommand:
-    def simulate(self, run, folder, mesh):
-        path = written(folder, "mesh.stl", mesh)
-        changes = {"--shape": None, "--particle": path, "--output": folder / "r.npz"}
-        ended = run("simulate", *flags(SIMULATE, changes), "--quiet")
-        assert (ended.status, ended.out) == (DONE, "")
-        people = POPULATION.of_mesh(read_mesh(path))
-        with np.load(folder / "r.npz") as file:
-            assert set(file["shape"]) == {5}
-            np.testing.assert_array_equal(file["state"], rebounds(people, 300, seed=1).state)
-        return ended.err
-
-    def test_simulate(self, run, tmp_path):
-        assert self.simulate(run, tmp_path, surface(grain(60))) == ""
-        assert "mesh.stl is not convex; its convex hull, of 1.5 times its volume" in self.simulate(
-            run, tmp_path, two_cubes()
-        )
-
-    def test_refusals(self, refused, tmp_path):
-        output = {"--output": tmp_path / "r.npz"}
-        for changes in ({"--particle": "grain.stl"}, {"--shape": None}):
-            assert "'--shape' or '--particle'" in refused(
-                "simulate", *flags(SIMULATE, changes | output)
-            )

@@ -54,13 +54,6 @@ def test_truncated_normal_law():
 
 
 class TestParts:
-    @pytest.mark.parametrize("shape", SHAPE_NAMES)
-    def test_single_shape(self, shape):
-        arguments = POPULATION.restricted_to(shape).kernel_arguments()
-        assert arguments.shape_codes.tolist() == [SHAPE_CODES[shape]]
-        assert arguments.cumulative_weights.tolist() == [1.0]
-        assert arguments.truncation == POPULATION.truncation
-
     def test_mixture_keeps_weights_and_meshes_and_drops_spheres(self):
         mixture = with_shapes(ellipsoid=3.0, prism=0.0, sphere=5.0).restricted_to("mixture")
         arguments = mixture.kernel_arguments()

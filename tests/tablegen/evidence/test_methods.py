@@ -16,7 +16,7 @@ from tablegen.simulation.simulate import simulate
 from tablegen.tables.prune import prune
 
 CONFIG = load_config("corundum-steel")
-COUNT = 4000
+COUNT = 2000
 
 
 @pytest.fixture(scope="module")

@@ -53,11 +53,6 @@ def test_numbers_are_those_of_the_samples():
     assert maxima["prism"] == "none"
 
 
-@pytest.mark.parametrize("shares", papers.COLLISIONS.values())
-def test_shares_of_the_paper_are_all(shares):
-    assert sum(shares) == pytest.approx(100.0, abs=0.15)
-
-
 @pytest.mark.parametrize("centres", [(40.0,), (40.0, 140.0), (0.0,)])
 def test_maxima_of_an_indicatrix(centres):
     angles = (np.arange(SCATTERING_BINS) + 0.5) * 180.0 / SCATTERING_BINS
@@ -65,7 +60,9 @@ def test_maxima_of_an_indicatrix(centres):
     assert papers.indicatrix_maxima(counts) == pytest.approx(centres, abs=1.0)
 
 
-def test_command_writes_every_figure_and_the_numbers(run, tiny, tmp_path):
+def test_command_writes_every_figure_and_the_numbers(run, tiny, tmp_path, monkeypatch):
+    few = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
+    monkeypatch.setattr("tablegen.evidence.paper_statistics.ANGLES", few)
     words = [tiny.path, "--output", tmp_path / "made", "--count", "1000", "--quiet"]
     assert run("figures", *words).status == DONE
     assert {path.name for path in (tmp_path / "made").iterdir()} == NAMES | {papers.PAGE}

@@ -1,0 +1,56 @@
+"""``tablegen prune``: flags and scenes, also those of one pair for the table of another."""
+
+from dataclasses import replace
+
+import pytest
+from tiny_tables import TINY
+
+import sampler
+from sampler.formats.hdf5 import write_table
+
+
+@pytest.fixture
+def other(tiny, tmp_path):
+    """The tiny table, said to be of another pair."""
+    path, config = tmp_path / "my-pair.h5", TINY.with_changes({"pair": {"name": "my-pair"}})
+    contents = tiny.generated.table.contents
+    write_table(path, replace(contents, pair="my-pair", config=config.text))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("words", "components"),
+    [
+        (("--scene", "plane-flow"), ("u", "v", "omega_z")),
+        (("--dimension", 2), ("u", "v", "omega_z")),
+        (("--components", "v,u"), ("u", "v")),
+        (("--scene", "no-spin", "--dimension", 2), ("u", "v", "omega_z")),
+    ],
+)
+def test_flags_and_scenes_choose_the_components(run, other, words, components):
+    path = other.with_name("cut.h5")
+    ended = run("prune", other, *words, "--output", path)
+    assert ended.status == 0, ended.err
+    table = sampler.load(path)
+    assert (table.columns, table.pair) == (components, "my-pair")
+    assert ("is a scene of corundum-steel; " in ended.err) == ("--scene" in words)
+
+
+def test_a_scene_may_leave_the_pair_out(run, other):
+    scene, path = other.with_name("fast.toml"), other.with_name("cut.h5")
+    scene.write_text('name = "fast"\n[domain]\nspeed = [200.0, 300.0]\ndimension = 2\n')
+    ended = run("prune", other, "--scene", scene, "--output", path)
+    assert (sampler.load(path).columns, ended.err) == (("u", "v", "omega_z"), "")
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ((), "'--scene', '--dimension' or '--components'"),
+        (("--components", "u,x"), "'--components': got 'u,x'"),
+        (("--dimension", 2, "--components", "u,w"), "domain.components: got ['u', 'w']"),
+        (("--scene", "nowhere"), "configuration: got 'nowhere'"),
+    ],
+)
+def test_bad_flags_are_refused(refused, other, words, reason):
+    assert reason in refused("prune", other, *words, "--output", other.with_name("cut.h5"))
