@@ -9,7 +9,6 @@ import pytest
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from sampler.errors import InputError
-from tablegen import progress
 from tablegen.checkpoints import (
     SECONDS,
     CheckpointStore,
@@ -220,26 +219,3 @@ def test_stable_numbers_are_the_first_bits_of_the_digest():
     # printf 'node 1.0 2.0' | sha256sum
     assert f"{stable_number('node 1.0 2.0', 48):012x}" == "861291e38d17"
     assert max(stable_number(f"{k}", 31) for k in range(200)) < 2**31
-
-
-class TestProgress:
-    def work(self, shown=True):
-        with progress.bar(shown, "piece", total=3, desc="fitting") as bar:
-            for _ in range(3):
-                bar.update()
-
-    def test_a_log_gets_lines_of_long_work_only(self, capsys, monkeypatch):
-        self.work()
-        assert capsys.readouterr().err == ""
-        monkeypatch.setattr(progress, "INTERVAL", 0.0)
-        self.work()
-        said = capsys.readouterr().err
-        assert all(line.startswith("tablegen: fitting: ") for line in said.splitlines())
-        assert "1 of 3 pieces" in said
-        assert "\r" not in said
-
-    def test_a_terminal_gets_a_bar(self, terminal, capsys):
-        self.work()
-        assert "100%" in capsys.readouterr().err
-        self.work(shown=False)
-        assert capsys.readouterr().err == ""

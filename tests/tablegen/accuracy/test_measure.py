@@ -88,9 +88,7 @@ def test_sample_size_grows_with_the_accuracy():
     assert [sample_size(accuracy) for accuracy in accuracies] == [100_000, 400_000, 1_600_000]
 
 
-CONFIG = load_config("corundum-steel").with_changes(
-    {"domain": {"speed": [5.0, 300.0], "extrapolate": True}}
-)
+CONFIG = load_config("corundum-steel")
 RIGHT = DirectTable(CONFIG)
 
 OWN = (Place(40.0, 100.0, own=True), Place(86.0, 250.0, own=True))

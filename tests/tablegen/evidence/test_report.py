@@ -105,9 +105,6 @@ def test_joint_density_is_that_of_the_sample():
     expected = np.broadcast_to(v[1:] + v[:-1], (5, 5))  # mean of 2 v in each bin
     # a bin's count has a relative error of (n p)^-1/2, at most 2.5 %; false alarm below 1e-6
     np.testing.assert_allclose(plots.joint_density(state, u, v), expected, rtol=0.15)
-    # u and v exchanged are told apart
-    with pytest.raises(AssertionError):
-        np.testing.assert_allclose(plots.joint_density(state, u, v).T, expected, rtol=0.15)
     # states outside are not redistributed
     half = plots.joint_density(state, np.linspace(0.0, 0.5, 6), v)
     assert half.sum() * 0.1 * 0.2 == pytest.approx(0.5, abs=0.01)

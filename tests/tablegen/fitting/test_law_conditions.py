@@ -24,13 +24,9 @@ from tablegen.fitting.law_conditions import (
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import effective_speed, energy_factor
 
-CONFIG = load_config("corundum-steel").with_changes(
-    {"domain": {"speed": [5.0, 300.0], "extrapolate": True}}
-)
+CONFIG = load_config("corundum-steel")
 DOMAIN = Range.of(CONFIG)
 N = 4000
-
-
 PRISM = SHAPE_CODES["prism"]
 
 

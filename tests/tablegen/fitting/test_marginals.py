@@ -55,19 +55,17 @@ class TestScores:
         assert np.abs(found - normal_scores(column, np.ones(1))).max() > 0.3
 
 
-class TestProbabilities:
-    VARIATES = np.linspace(-5.5, 5.5, 129)
-
-    def test_are_the_sum_over_components_and_their_reflections(self):
-        found = mixture_probabilities(TWO_PEAKS, self.VARIATES)
-        first = 0.3 * norm.cdf(self.VARIATES, -1.2, 0.4) + 0.7 * norm.cdf(self.VARIATES, 0.8, 0.9)
-        np.testing.assert_allclose(found[0], first, rtol=1e-12, atol=1e-15)
-        low, high = norm.cdf(self.VARIATES, 0.9, 0.5), norm.cdf(self.VARIATES, -0.9, 0.5)
-        second = 0.3 * (0.5 * low + 0.5 * high)
-        low, high = norm.cdf(self.VARIATES, 0.2, 1.1), norm.cdf(self.VARIATES, -0.2, 1.1)
-        second += 0.7 * (0.75 * low + 0.25 * high)
-        np.testing.assert_allclose(found[1], second, rtol=1e-12, atol=1e-15)
-        assert (np.diff(found, axis=1) >= 0.0).all()
+def test_probabilities_are_the_sum_over_components_and_their_reflections():
+    variates = np.linspace(-5.5, 5.5, 129)
+    found = mixture_probabilities(TWO_PEAKS, variates)
+    first = 0.3 * norm.cdf(variates, -1.2, 0.4) + 0.7 * norm.cdf(variates, 0.8, 0.9)
+    np.testing.assert_allclose(found[0], first, rtol=1e-12, atol=1e-15)
+    low, high = norm.cdf(variates, 0.9, 0.5), norm.cdf(variates, -0.9, 0.5)
+    second = 0.3 * (0.5 * low + 0.5 * high)
+    low, high = norm.cdf(variates, 0.2, 1.1), norm.cdf(variates, -0.2, 1.1)
+    second += 0.7 * (0.75 * low + 0.25 * high)
+    np.testing.assert_allclose(found[1], second, rtol=1e-12, atol=1e-15)
+    assert (np.diff(found, axis=1) >= 0.0).all()
 
 
 class TestQuantiles:

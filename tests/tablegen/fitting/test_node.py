@@ -68,17 +68,6 @@ def test_spare_components_are_never_drawn():
     assert not spare[node.alias_index].any()
 
 
-def test_spheres_have_one_rebound():
-    """The law is a single point, and the fit bears that."""
-    shapes = dict.fromkeys(("ellipsoid", "prism", "truncated-prism", "tetrahedron"), 0.0)
-    population = {"shapes": shapes | {"sphere": 1.0}}
-    config = node_config(**SMALL).with_changes({"population": population})
-    expected = simulated(config, 1).state[0]
-    assert expected[1] > 0.1
-    found = draws(one_node_table(config), 500)
-    np.testing.assert_allclose(found, np.tile(expected, (500, 1)), rtol=0.0, atol=1e-6)
-
-
 def test_draws_match_the_simulation():
     config = node_config(**USUAL, mirror=True)
     table, direct = one_node_table(config), simulated(config).state

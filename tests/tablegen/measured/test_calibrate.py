@@ -24,6 +24,11 @@ def without_spreads(data):
     return replace(data, moments=moments)
 
 
+def with_mean(data, name, means):
+    changed = Moments(np.array(means), data.moments[name].std)
+    return replace(data, moments={**data.moments, name: changed})
+
+
 def test_a_given_form_finds_its_numbers_again_and_says_how_it_was_made(tmp_path, measured):
     path = tmp_path / "my sand.toml"
     made = calibrate(measured, path, start=small_pair(), free=FREE)
@@ -70,17 +75,9 @@ def test_without_spreads_or_speeds(measured):
 
 
 def test_several_speeds_have_a_table_of_restitution(measured):
-    slow = replace(measured, speed=np.full(4, 50.0))
-    fast = {
-        n: Moments(0.8 * m.mean if n == "e_n" else m.mean, m.std) for n, m in slow.moments.items()
-    }
-    both = {
-        n: Moments(*(np.append(a, b) for a, b in zip(m, fast[n], strict=True)))
-        for n, m in slow.moments.items()
-    }
-    data = replace(
-        some_rows(slow, [0, 1, 2, 3] * 2), speed=np.repeat([50.0, 150.0], 4), moments=both
-    )
+    twice = some_rows(measured, [0, 1, 2, 3] * 2)
+    slower = np.repeat([1.0, 0.8], 4) * twice.moments["e_n"].mean
+    data = replace(with_mean(twice, "e_n", slower), speed=np.repeat([50.0, 150.0], 4))
     made = calibrate(data, grains="well-rounded")
     assert not made.missed
     law = made.config.pair.restitution
@@ -109,11 +106,6 @@ def test_spheres_give_restitution_and_friction():
     )
     np.testing.assert_allclose(made.chosen.values, [0.9, 0.2, 0.4], atol=0.03)
     refused("free", calibrate, data, start=start, free=["pair.resistance.static"])
-
-
-def with_mean(data, name, means):
-    changed = Moments(np.array(means), data.moments[name].std)
-    return replace(data, moments={**data.moments, name: changed})
 
 
 def test_angles_from_the_normal_and_rows_that_no_grains_hold(measured):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from refusals import refused
 
-from sampler.errors import InputError
 from tablegen.config.config import load_config
 from tablegen.tables.axes import LOOKUP_SIZES, first_grid, make_axes, middle_of, middles
 from tablegen.tables.intervals import Grid, Place
@@ -152,5 +151,4 @@ def test_speeds_that_the_law_cannot_tell_apart_are_refused():
         "pair": {"restitution": {"coefficient": 1.0, "exponent": 1.0}},
         "domain": {"speed": [100.0, 1000.0], "extrapolate": True},
     }
-    with pytest.raises(InputError, match=r"^domain\.speed: got \[100, 1000\]"):
-        first_grid(SHIPPED.with_changes(changes))
+    refused("domain.speed", first_grid, SHIPPED.with_changes(changes))

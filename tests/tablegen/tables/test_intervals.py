@@ -23,16 +23,9 @@ def width(interval):
     return interval[-1] - interval[0]
 
 
-def recording(law):
-    """Measure by a law; remembers which places were asked for."""
-    asked = []
-
-    def measure(grid, places):
-        asked.extend(places)
-        return {place: law(place) for place in places}
-
-    measure.asked = asked
-    return measure
+def errors_by(law):
+    """Measure by a law."""
+    return lambda _, places: {place: law(place) for place in places}
 
 
 def quadratic(along_alpha, along_speed):
@@ -46,16 +39,16 @@ def quadratic(along_alpha, along_speed):
 
 
 def test_only_the_axis_that_errs_is_refined():
-    found = refine(START, recording(quadratic(lambda _: 0.4, 0.0)), middle, middle, MANY)
+    found = refine(START, errors_by(quadratic(lambda _: 0.4, 0.0)), middle, middle, MANY)
     assert found.grid == Grid(tuple(float(a) for a in range(9)), START.speed)
     assert found.reached
-    found = refine(START, recording(quadratic(lambda _: 0.0, 0.1)), middle, middle, MANY)
+    found = refine(START, errors_by(quadratic(lambda _: 0.0, 0.1)), middle, middle, MANY)
     assert found.grid == Grid(START.alpha_deg, (0.0, 2.0, 4.0, 6.0, 8.0))
 
 
 def test_nodes_gather_where_the_law_bends():
     law = quadratic(lambda a: 0.02 + 2.0 * (a <= 2.0), 0.0)
-    found = refine(START, recording(law), middle, never, MANY)
+    found = refine(START, errors_by(law), middle, never, MANY)
     steps = np.diff(found.grid.alpha_deg)
     assert found.reached
     assert steps.min() == 0.5
@@ -65,7 +58,7 @@ def test_nodes_gather_where_the_law_bends():
 
 def test_errors_of_the_result_are_below_the_limits():
     law = quadratic(lambda a: 0.2 + 0.1 * a, 0.04)
-    found = refine(START, recording(law), middle, middle, MANY)
+    found = refine(START, errors_by(law), middle, middle, MANY)
     assert found.reached
     grid = found.grid
     edges = grid.edges()
@@ -83,7 +76,7 @@ def test_bad_centre_refines_the_axis_with_the_worse_edges():
     def law(place):
         return 0.8 * (width(place.alpha_deg) > 3.0) + 0.5 * (width(place.speed) > 3.0)
 
-    found = refine(START, recording(law), middle, middle, MANY)
+    found = refine(START, errors_by(law), middle, middle, MANY)
     assert found.grid == Grid((0.0, 2.0, 4.0, 6.0, 8.0), START.speed)
     assert found.reached
 
@@ -91,7 +84,7 @@ def test_bad_centre_refines_the_axis_with_the_worse_edges():
 def test_refinement_that_does_not_help_ends_and_says_so():
     found = refine(
         START,
-        recording(lambda _: 2.0),
+        errors_by(lambda _: 2.0),
         lambda a, b: None if b - a < 1 else (a + b) / 2,
         never,
         MANY,
@@ -105,7 +98,7 @@ def test_refinement_that_does_not_help_ends_and_says_so():
 @pytest.mark.parametrize("most", [3, 4, 5, 7, 8])
 def test_plan_is_never_exceeded_and_the_worst_intervals_go_first(most):
     law = quadratic(lambda a: 0.2 + 0.1 * a, 0.0)
-    found = refine(START, recording(law), middle, middle, (most, 2))
+    found = refine(START, errors_by(law), middle, middle, (most, 2))
     assert len(found.grid.alpha_deg) == most
     assert found.grid.speed == START.speed
     assert not found.reached
@@ -115,7 +108,7 @@ def test_plan_is_never_exceeded_and_the_worst_intervals_go_first(most):
 
 @pytest.mark.parametrize("grid", [Grid((3.0,), (1.0,)), Grid((3.0,), (0.0, 8.0))])
 def test_axis_of_one_node(grid):
-    found = refine(grid, recording(quadratic(lambda _: 0.4, 0.1)), middle, middle, MANY)
+    found = refine(grid, errors_by(quadratic(lambda _: 0.4, 0.1)), middle, middle, MANY)
     assert found.grid.alpha_deg == (3.0,)
     assert len(found.grid.speed) == (1 if len(grid.speed) == 1 else 5)
     assert found.reached

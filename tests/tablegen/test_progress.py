@@ -1,0 +1,27 @@
+"""Progress of long work: a bar on a terminal, lines in a log."""
+
+from tablegen import progress
+
+
+def work(shown=True):
+    with progress.bar(shown, "piece", total=3, desc="fitting") as bar:
+        for _ in range(3):
+            bar.update()
+
+
+def test_a_log_gets_lines_of_long_work_only(capsys, monkeypatch):
+    work()
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(progress, "INTERVAL", 0.0)
+    work()
+    said = capsys.readouterr().err
+    assert all(line.startswith("tablegen: fitting: ") for line in said.splitlines())
+    assert "1 of 3 pieces" in said
+    assert "\r" not in said
+
+
+def test_a_terminal_gets_a_bar(terminal, capsys):
+    work()
+    assert "100%" in capsys.readouterr().err
+    work(shown=False)
+    assert capsys.readouterr().err == ""
