@@ -122,6 +122,14 @@ def test_with_changes_keeps_text_and_fields_together_and_checks():
     refused("demo, changed: table.seed", config.with_changes, {"table": {"seed": -1}})
 
 
+def test_values_that_look_like_mistakes_are_doubted():
+    domain, aspect = {"alpha_deg": [0.17, 1.05]}, {"standard_deviation": 8.0}
+    changes = {"domain": domain, "population": {"aspect": aspect}}
+    config = load_config("corundum-steel").with_changes(changes)
+    fields = [line.partition(":")[0] for line in config.doubts()]
+    assert fields == ["domain.alpha_deg", "population.aspect.standard_deviation"]
+
+
 class TestDomain:
     @pytest.mark.parametrize(
         ("domain", "columns"),

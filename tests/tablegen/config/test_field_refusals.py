@@ -20,6 +20,7 @@ domain.components = ["u", "q"] => domain.components: got ['u', 'q'], ... each on
 domain.components = ["omega_x", "omega_y", "omega_z", "collisions", "work_shear"] => \
 domain.components: got ['omega_x', ... with work_normal or work_shear no collisions
 domain = {dimension = 2, components = ["u", "w"]} => domain.components: got ['u', 'w'], ... out w in
+domain.components = ["u", "collisions"] => spin: got true, ... false with collisions among
 name = "a/b" => name: got 'a/b', ... letters, digits
 pair.wall = "  " => pair.wall: got '  ', ... not blank
 pair.resistance = "none" => pair.resistance: got 'none', ... object
@@ -46,6 +47,7 @@ tabulated: angle_deg = [10.0, 90.0, 45.0] => angle_deg: got [10, 90, 45], ... ea
 """
 RESISTANCES = """
 coulomb: dynamic = 0.5 => dynamic: got 0.5, ... 0 to static, 0.4
+coulomb: tangential_restitution = [0.1, 0.2] => tangential_restitution: got [0.1, ... 1 numbers
 tabulated: value = [0.9] => value: got [0.9], ... 2 numbers, one for each of angle_deg
 """
 
@@ -85,15 +87,6 @@ def test_field_of_a_law_its_value_and_bound_are_named(kind, samples, toml, begin
     name, _, change = toml.partition(": ")
     law = SOURCE | samples[name] | tomllib.loads(change)
     check(refused({"pair": {kind: law}}), f"pair.{kind}.{beginning}", bound)
-
-
-def test_rules_about_several_fields():
-    shapes = load_config("corundum-steel").population.shapes.model_dump(by_alias=True)
-    line = refused({"population": {"shapes": dict.fromkeys(shapes, 0)}})
-    check(line, "population.shapes: got [0, 0, 0, 0, 0], ", "a weight above 0")
-    components = ["u", "v", "collisions", "work_shear"]
-    line = refused({"spin": True, "domain": {"components": components}})
-    check(line, "spin: got true, ", "false with collisions among the components")
 
 
 def test_misspelt_field_is_named_before_the_missing_one_and_others_follow():

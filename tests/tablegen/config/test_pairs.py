@@ -90,6 +90,8 @@ def test_law_without_a_range_must_be_extrapolated():
     config = pair.with_changes(changes | {"domain": {"extrapolate": True}})
     assert config.pair.restitution.valid_speed is None
     assert "states no range" in config.pair.extrapolation(100.0)
+    assert "50 to 300 m/s" in pair.pair.extrapolation(20.0)
+    assert pair.pair.extrapolation(100.0) is None
     assert parse_config(config.text, "stored") == config
 
 

@@ -1,6 +1,7 @@
 """``tablegen report``: its numbers, its page, its pictures, and what it refuses."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,13 +9,15 @@ import pytest
 from command_line import DONE
 from page_reader import read_page
 
+from tablegen.accuracy.judgement import Judged
 from tablegen.accuracy.metrics import Estimate
 from tablegen.config.config import load_config
 from tablegen.config.metric_table import METRICS
 from tablegen.evidence import plots
 from tablegen.evidence import report as reports
 from tablegen.evidence.page import Headline, Section, render_page, render_text
-from tablegen.evidence.report_page import headline, report_page
+from tablegen.evidence.report import SpinningWay
+from tablegen.evidence.report_page import headline, report_page, report_sections
 from tablegen.presentation import TextTable
 
 CONFIG = load_config("corundum-steel")
@@ -79,6 +82,12 @@ def test_headline_is_the_verdict_on_the_map(report, factor, kind):
     spoiled = replace(report, atlas=replace(report.atlas, points=points))
     found = headline(spoiled, CONFIG)
     assert (found.kind, len(found.lines)) == (kind, factor > 1.0)
+
+
+def test_ways_to_rebound_spinning_particles_are_rows(report):
+    way = SpinningWay("with spin", 412.0, (Judged("chain_ks", Estimate(0.012, 0.0), 0.03, ""),))
+    text = render_text(report_sections(replace(report, spinning=(way,))))
+    assert re.search(r"^with spin +412 +0\.012", text, re.MULTILINE)
 
 
 def test_view_sees_a_difference(monkeypatch):

@@ -38,6 +38,7 @@ def test_all_components_are_allocated_by_the_stated_power():
     shares = allocate_components(10_000, (1600, 8100))
     assert shares[0] / shares[1] == pytest.approx((1600 / 8100) ** 0.75, rel=1e-3)
     assert allocate_components(64, (0, 1000)) == [0, 64]
+    assert sum(allocate_components(1, (500, 500))) == 1
 
 
 def held_law(weight):

@@ -10,7 +10,7 @@ from sampler.formats.channels import MIRRORED, STATE, VARIABLES, WORKS
 from sampler.table import Table
 from tablegen.accuracy.metrics import Settings, auc, correlation_error, ks_distances
 from tablegen.config.config import load_config
-from tablegen.fitting.node import fit_node, node_stream
+from tablegen.fitting.node import fit_node, node_stream, to_steps
 from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 from tablegen.tables.assembly import assemble
@@ -66,6 +66,12 @@ def test_spare_components_are_never_drawn():
     assert 50 <= spare.sum() < 64
     assert not node.alias_probability[spare].any()
     assert not spare[node.alias_index].any()
+
+
+def test_numbers_beyond_the_steps_of_a_file_are_an_error():
+    assert to_steps([-8.0, 0.5]).tolist() == [-32768, 2048]
+    with pytest.raises(OverflowError):
+        to_steps(8.0)
 
 
 def test_draws_match_the_simulation():

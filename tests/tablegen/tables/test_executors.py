@@ -2,9 +2,7 @@
 
 import os
 import sys
-from concurrent.futures import ProcessPoolExecutor
 
-import numpy as np
 import pytest
 from command_line import BAD_INPUT, DONE, config_file
 from crashing_tasks import die, die_once
@@ -73,12 +71,6 @@ def test_scheduler_out_of_reach_is_one_line(refused, tmp_path, monkeypatch, addr
     words = ("--output", tmp_path / "t.h5", "--executor", "dask", "--scheduler", address)
     line = refused("generate", config_file(tmp_path), *words)
     assert line.startswith(f"--scheduler: got {address}, ")
-
-
-def test_processes_serve_as_well(tmp_path):
-    with ProcessPoolExecutor(1) as pool:
-        (made,) = TaskRunner(executor=pool).run("c", {"0": Task(die_once, (7, __file__))}).values()
-    np.testing.assert_array_equal(made["number"], 7)
 
 
 @needs_mpi
