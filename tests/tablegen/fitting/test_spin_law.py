@@ -14,7 +14,6 @@ from tablegen.accuracy.metrics import ks_distances
 from tablegen.checkpoints import TaskRunner
 from tablegen.config.mesh import MeshFile
 from tablegen.fitting.leaf import fit_leaf
-from tablegen.fitting.resolution import spin_sizes
 from tablegen.fitting.spin_law import speed_coordinate, spin_law
 from tablegen.tables.generate import generate
 from tablegen.tables.plan import make_plan
@@ -23,8 +22,6 @@ pytestmark = pytest.mark.usefixtures("quick_measurement")
 
 SMALL = {"spin_leaves": 1, "spin_groups": 2, "spin_experts": 2, "spin_rebounds": 1000}
 PRISMS = {"ellipsoid": 0.0, "prism": 1.0, "truncated-prism": 0.0, "tetrahedron": 0.0}
-#: Sizes of a preset.
-WHOLE = {"table": dict.fromkeys(SMALL)}
 SPINNING = ROUGH.with_changes({"spin": True, "population": {"shapes": PRISMS}, "table": SMALL})
 
 
@@ -114,12 +111,6 @@ def test_an_interrupted_law_resumes(tmp_path, monkeypatch):
     # the first of two leaves came from its checkpoint
     assert len(calls) == 3
     assert resumed.read_bytes() == whole.read_bytes()
-
-
-def test_shapes_share_the_leaves_of_a_preset():
-    one, four = spin_sizes(SPINNING.with_changes(WHOLE)), spin_sizes(ROUGH.with_changes(WHOLE))
-    assert len(ROUGH.population.shapes.positive()) == 4
-    assert (one.leaves, one.still_leaves) == (4 * four.leaves, 4 * four.still_leaves)
 
 
 def test_coordinate_of_the_speed_is_that_of_the_restitution_law_if_it_fits():

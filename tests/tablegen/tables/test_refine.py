@@ -10,7 +10,7 @@ from tiny_tables import REFINE, ROUGH
 from tablegen.checkpoints import CheckpointStore, TaskRunner
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
-from tablegen.fitting.resolution import LADDER, resolution
+from tablegen.fitting.resolution import LADDER
 from tablegen.tables.interpolation_error import interpolation_errors
 from tablegen.tables.intervals import Grid
 from tablegen.tables.plan import make_plan
@@ -52,14 +52,6 @@ def errors(monkeypatch):
         return found | {"ks": np.array([error]), "auc": auc}
 
     monkeypatch.setattr(REFINE, "interpolation_errors", trial)
-
-
-class TestResolution:
-    def test_follows_the_accuracy(self):
-        coarse = resolution(open_config({"preset": "compact"}, samples_per_node=None))
-        fine = resolution(open_config({"preset": "fine"}, samples_per_node=None))
-        assert coarse.samples < fine.samples
-        assert fine.samples == pytest.approx(40.0 / 0.005**2, rel=1e-12)
 
 
 @pytest.mark.usefixtures("errors")
