@@ -54,6 +54,9 @@ def test_grains_are_tried_and_the_spreads_choose(tmp_path, measured):
     assert [fit.grains for fit in made.fits] == list(GRAINS)
     held = [fit for fit in made.fits if fit.holds]
     assert made.chosen.spread_distance == min(fit.spread_distance for fit in held)
+    # what grains far from and close to a sphere declare, as their tables reach
+    correlations = [fit.config.accuracy.correlation_error for fit in made.fits]
+    assert correlations == [0.06, 0.06, 0.06, 0.06, 0.5]
     lines = list(fit_lines(made))
     assert lines[0].startswith("means: all 7 held by ")
     assert lines[1].startswith("spreads: ")
