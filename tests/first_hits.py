@@ -72,6 +72,16 @@ def compare(states, condition, reference):
     ]
 
 
+def check_bins(found, face, alpha, speed, most):
+    """Histograms of faces, (faces, 20), by angle and by speed, have the hits on these faces."""
+    counts = np.zeros(found.shape)
+    np.add.at(counts, (face, np.digitize(np.degrees(alpha), np.arange(9, 90, 9))), 1.0)
+    np.add.at(counts, (face, 10 + np.digitize(speed, most * np.arange(1, 10) / 10)), 1.0)
+    for bins in (counts, found):
+        bins[:, 4] += bins[:, 5]  # many hits have 45 degrees, where the one ends
+    np.testing.assert_array_equal(*(np.delete(bins, 5, axis=1) for bins in (found, counts)))
+
+
 def print_rows(rows):
     for row in rows:
         print("  {:16}  {:6d} hits  KS {:.4f}  error of a correlation {:.4f}".format(*row))

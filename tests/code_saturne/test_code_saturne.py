@@ -168,33 +168,39 @@ def test_slow_particles_stay_on_the_wall(work, table, tmp_path):
     assert log[log.rindex(") =") :].split(",")[1] == f" {stays.sum()}"
 
 
-def sums_of(centres, folders):
-    """Sums by face from the hits of runs, (n, 6)."""
-    sums = np.zeros((len(centres), 6))
-    for folder in folders:
-        hits = box_run.read_hits(folder)
-        before, after = (np.square(v).sum(axis=1) for v in (hits.velocity, hits.new_velocity))
-        angle = np.degrees(np.arcsin(-(hits.velocity * hits.normal).sum(axis=1) / np.sqrt(before)))
-        mass = np.full(len(angle), box_run.MASS)
-        ones, energy = np.ones(len(angle)), 0.5 * mass * before
-        rows = ones, after == 0.0, mass, energy, energy - 0.5 * mass * after, angle
-        off = np.abs(box_run.places(folder)[:, None] - centres).max(axis=2)
-        np.add.at(sums, off.argmin(axis=1), np.transpose(rows))
-    sums[:, 5] /= np.maximum(sums[:, 0], 1.0)
-    return sums
+#: Speed at which the last bin of histograms would end, m/s.
+MOST = 130.0
 
 
-def test_faces_have_sums(work, tmp_path):
+def check_faces(folder, runs):
+    """Faces of a run, and of those that it goes on from, have the hits that were recorded."""
+    hits = box_run.Hits(*map(np.concatenate, zip(*map(box_run.read_hits, runs), strict=True)))
+    places = np.concatenate([box_run.places(run) for run in runs])
+    centres, sums, bins = box_run.read_faces(folder)
+    face = np.abs(places[:, None] - centres).max(axis=2).argmin(axis=1)
+    before, after = (np.square(v).sum(axis=1) for v in (hits.velocity, hits.new_velocity))
+    alpha = np.arcsin(-(hits.velocity * hits.normal).sum(axis=1) / np.sqrt(before))
+    ones, energy = np.ones(len(alpha)), 0.5 * box_run.MASS * before
+    lost = energy - 0.5 * box_run.MASS * after
+    expected = np.zeros((len(centres), 6))
+    rows = ones, after == 0.0, box_run.MASS * ones, energy, lost, np.degrees(alpha)
+    np.add.at(expected, face, np.transpose(rows))
+    expected[:, 5] /= np.maximum(expected[:, 0], 1.0)
+    np.testing.assert_allclose(sums[:, :6], expected, rtol=1e-9, atol=1e-20)
+    assert sums[:, 1].sum() > 100.0
+    first_hits.check_bins(bins, face, alpha, np.sqrt(before), MOST)
+
+
+def test_faces_have_statistics(work, tmp_path):
     """Through on one process, and stopped and restarted on two, as by the hits themselves."""
     given = {"step": STEP, "particles": COUNT}
-    given["text"] = saturne_run.settings(face_sums="yes", deposit_speed=40)
+    wanted = {"face_sums": "yes", "face_histograms": "yes", "histogram_speed": MOST}
+    given["text"] = saturne_run.settings(**wanted, deposit_speed=40)
     half = saturne_run.run(work, tmp_path / "half", 50, **given)
     again = saturne_run.run(work, tmp_path / "a", 100, restart=half, processors=2, **given)
-    for folder, runs in ((half, [half]), (again, [half, again])):
-        centres, found = box_run.read_faces(folder)
-        np.testing.assert_allclose(found[:, :6], sums_of(centres, runs), rtol=1e-9, atol=1e-20)
-        assert found[:, 1].sum() > 100.0
-        assert [*folder.glob("postprocessing/results_boundary.rebound_angle_deg*")]
+    check_faces(half, [half])
+    check_faces(again, [half, again])
+    assert [*again.glob("postprocessing/results_boundary.rebound_hits_of_angle_9*")]
 
 
 @pytest.mark.parametrize("tilt_deg", [0, 1e-5])

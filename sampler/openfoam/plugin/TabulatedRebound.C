@@ -158,6 +158,31 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
 
 
 template<class CloudType>
+void Foam::TabulatedRebound<CloudType>::makeStatistics()
+{
+    const dictionary& coeffs = this->coefficients();
+
+    if (coeffs.template lookupOrDefault<Switch>("faceSums", false))
+    {
+        statistics_.makeSums(rebound::gives(*table_, RBT_WORK_NORMAL));
+    }
+
+    if (!coeffs.template lookupOrDefault<Switch>("faceHistograms", false)) return;
+
+    const scalar highest = rebound::highestSpeed(*table_);
+    const scalar most = coeffs.template lookupOrDefault<scalar>("histogramSpeed", highest);
+
+    if (!(most > 0))
+    {
+        FatalIOErrorInFunction(coeffs)
+            << "histogramSpeed: got " << most << ", allowed: a positive speed in m/s"
+            << (highest > 0 ? "" : ", which a table of any speed needs") << exit(FatalIOError);
+    }
+    statistics_.makeHistograms(most);
+}
+
+
+template<class CloudType>
 bool Foam::TabulatedRebound<CloudType>::deposit
 (
     parcelType& p,
@@ -304,6 +329,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     roughness_(this->coefficients()),
     depositSpeed_(0),
     depositDiameter_(0),
+    statistics_(cloud.mesh(), cloud.name()),
     hasSpinLaw_(false),
     givesSpin_(false),
     keepsSpin_(false),
@@ -351,11 +377,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
 
     followSpin();
 
-    if (coeffs.template lookupOrDefault<Switch>("faceSums", false))
-    {
-        const bool works = rebound::gives(*table_, RBT_WORK_NORMAL);
-        sums_ = std::make_shared<faceSums>(cloud.mesh(), cloud.name(), works);
-    }
+    makeStatistics();
 }
 
 
@@ -396,11 +418,8 @@ bool Foam::TabulatedRebound<CloudType>::correct
 
     if (!stays) draw(p, pp, -nOut, Uwall, works);
 
-    if (sums_)
-    {
-        const vector after(stays ? vector(Zero) : p.U() - Uwall);
-        sums_->add(p, pp, nOut, Urelative, after, stays, works);
-    }
+    const vector after(stays ? vector(Zero) : p.U() - Uwall);
+    statistics_.add(p, pp, nOut, Urelative, after, stays, works);
 
     // A plane or wedge case cannot move a parcel out of its plane
     meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());

@@ -40,6 +40,15 @@ bool Foam::rebound::gives(const rbt_table& table, const int variable)
 }
 
 
+Foam::scalar Foam::rebound::highestSpeed(const rbt_table& table)
+{
+    rbt_range range;
+    rbt_covered(&table, &range);
+
+    return range.speed[1] < 1e300 ? range.speed[1] : 0;
+}
+
+
 Foam::string Foam::rebound::covered(const rbt_table& table)
 {
     rbt_range range;
