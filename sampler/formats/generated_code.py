@@ -120,6 +120,14 @@ def spin_constants() -> str:
             for name in ("GATE_UNIT", "MEAN_UNIT", "FACTOR_UNIT")
         ),
         *(f"#define RBTI_{name} {getattr(bounds, name)}" for name in _LAWS),
+        "/* rows of a draw: its inputs, with the squared spin that trees compare, and its outcomes */",
+        *_enumeration(
+            [
+                f"RBTI_IN_{name.upper()}"
+                for name in (*bounds.CONDITIONS, "square", *bounds.RATIOS, "rows")
+            ]
+        ),
+        *_enumeration([f"RBTI_OUT_{name.upper()}" for name in bounds.OUTCOMES]),
     ]
     return "\n".join(lines) + "\n"
 

@@ -1,3 +1,5 @@
+/* -- opening and closing ----------------------------------------------------------------------- */
+
 #ifdef RBTI_MMAP
 
 RBT_API int rbt_open(const char *path, rbt_table **table)

@@ -137,7 +137,7 @@ static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts
 
 #endif
 
-/* Count a row in what was found. */
+/* Count a row in the results of a call. */
 RBTI_INLINE RBT_DEVICE void rbti_report(int code, size_t row, rbt_rebounds *out)
 {
     if (code < RBT_OK && out->bad++ == 0)
