@@ -206,21 +206,11 @@ def sample(
     ----------
     handle : int
         ``table.handle`` of a loaded table, which must live as long.
-    alpha1, speed : float
-        Impact angle from the wall, rad, in (0, pi/2]; impact speed V, m/s, above 0.
-    spin : tuple of three float, optional
-        Angular velocity before the impact times a/V, wall frame: then the law of spinning particles
-        is drawn from, also where the spin is zero. None: that of first impacts, of any grain.
+    alpha1, speed, spin, index, hit, seed
+        As for `sampler.Table.sample`, of one particle; `spin` is a tuple. Keys are required.
     grain : tuple of three float, optional
         Shape code, b/a and c/b, as of `grain`: then the law of spinning particles as well. None:
-        that of the particle.
-    index, hit : int
-        Identity of the particle, as uint64, and how many walls it has met before, as uint32.
-        Required, as are `seed` and `out`.
-    fresh : bool
-        Whether the particle has another grain at each hit.
-    seed : int
-        Of the run, as uint64.
+        that of the particle, or with `fresh` another one at each hit.
     out : float64 array, shape (n_columns,), written
         The state, with the columns of ``table.columns``; NaN on an error.
 
@@ -270,21 +260,11 @@ def rebound(
     ----------
     handle, grain, index, hit, seed
         As for `sample`.
-    velocity, normal : tuple of three float
-        Velocity of the particle at the contact, m/s; normal of the wall, of the mean of a rough
-        one, into the gas, of any length but zero.
-    half_size : float
-        Largest half-size a of the particle, 1e-9 to 0.1 m.
-    wall_velocity, omega : tuple of three float, optional
-        Velocity of the wall at the contact, m/s; angular velocity before the impact, rad/s. 0
-        if None.
-    roughness : float
-        Standard deviation of the tilt of facets, rad, 0 to 0.5.
+    velocity, normal, half_size, wall_velocity, omega, roughness, isotropic
+        As for `sampler.Table.rebound`, of one particle; vectors are tuples.
     fresh : bool
         Whether the particle has another grain at each hit; from a smooth wall without `omega` and
         `grain` the law of first impacts, the only one of a table without a spin law.
-    isotropic : bool
-        Whether facets are tilted across the plane of incidence as well.
     out : float64 array, shape (6,) or (8,), written
         Velocity, m/s, angular velocity, rad/s, and in 8 the energies that impulses along the normal
         and along the wall take, J for each kg of the particle; NaN on an error.

@@ -370,10 +370,10 @@ class Table(LawAtConditions, Counting):
         return mean * as_positive("diameter", diameter)
 
     def to_device(self, dtype: Literal["float64", "float32"] = "float64") -> "DeviceTable":
-        """Copy the table to a GPU, for draws from and to arrays that live there.
+        """Copy the table to the GPU that is current for CuPy, to draw from arrays that live there.
 
-        Needs CuPy (``pip install 'rebound-tables[cuda]'``) and a GPU. The device is the one that is
-        current for CuPy.
+        Needs CuPy (``pip install 'rebound-tables[cuda]'``) and a GPU; raises `InputError` where one
+        is missing.
 
         Parameters
         ----------
@@ -385,11 +385,6 @@ class Table(LawAtConditions, Counting):
         -------
         DeviceTable
             Its `sample` and `rebound` give the states of this table for equal keys.
-
-        Raises
-        ------
-        InputError
-            If CuPy or a GPU is missing; says what to install.
         """
         from sampler.device.device_table import DeviceTable
 

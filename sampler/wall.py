@@ -240,13 +240,7 @@ def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike)
     Returns
     -------
     float64 array, shape (...)
-        rad.
-
-    Raises
-    ------
-    InputError
-        If a length is not finite or not allowed, or the tilt of one of the particles is above
-        0.5 rad.
+        rad. Tilts above 0.5 are refused.
 
     Notes
     -----

@@ -76,24 +76,9 @@ class DeviceTable(Counting):
         index: Any = None,
         hit: Any = None,
     ) -> Any:
-        """Draw rebound states.
+        """Draw rebound states, as `Table.sample`, of arrays of CuPy or what numpy takes.
 
-        Parameters
-        ----------
-        alpha1, speed, spin, seed, index, hit
-            As for `Table.sample`: arrays of CuPy, or what numpy takes; all broadcast.
-        grain : {"own", "fresh"}
-            As for `Table.sample`; no grains can be given.
-
-        Returns
-        -------
-        cupy.ndarray, shape (..., n_columns)
-            As `Table.sample`, of the type `dtype`.
-
-        Raises
-        ------
-        InputError
-            As `Table.sample`.
+        No grains can be given. Returns a cupy.ndarray, shape (..., n_columns), of the type `dtype`.
         """
         arguments = {"alpha1": alpha1, "speed": speed, "spin": spin}
         call = self._call(arguments, "spin", grain, Keys(seed, index, hit))
@@ -118,21 +103,9 @@ class DeviceTable(Counting):
         isotropic: bool = False,
         works: Any = None,
     ) -> Rebound:
-        """Rebound particles from a wall, in the lab frame.
+        """Rebound particles from a wall, as `Table.rebound`; arrays and `grain` as for `sample`.
 
-        Parameters
-        ----------
-        velocity, normal, half_size, omega, wall_velocity, roughness, isotropic
-            As for `Table.rebound`; arrays as for `sample`.
-        grain, seed, index, hit
-            As for `sample`.
-        works : cupy.ndarray, shape (..., 2), written, optional
-            As for `Table.rebound`.
-
-        Returns
-        -------
-        Rebound
-            ``velocity, omega``: cupy.ndarray, shape (..., 3), of the type `dtype`.
+        Returns ``velocity, omega``: cupy.ndarray, shape (..., 3), of the type `dtype`.
         """
         isotropic = as_isotropic(isotropic, roughness)
         if works is not None and "work_normal" not in self.columns:

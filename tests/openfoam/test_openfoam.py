@@ -333,7 +333,7 @@ def tables(work, table):
         (None, "seed -1;", "seed: got -1, allowed: 0 to 2147483647"),
         (None, "outOfRange mirror;", "outOfRange: got mirror, allowed: clamp, error"),
         (None, "halfSizeRule 0;", "halfSizeRule: got 0, allowed: a positive"),
-        (None, "deposit { speed 0; }", "deposit: got speed 0, diameter 0, allowed: a positive s"),
+        (None, "deposit { speed 0; }", "deposit.speed: got 0, allowed: a positive number"),
         (None, "gasTorque -1;", "gasTorque: got -1, allowed: 0 or a positive number"),
         (None, "spin no; gasTorque 1;", "gasTorque: got 1, allowed: 0, where no spin is kept"),
         (None, "roughness { tilt_deg 29; }", "roughness.tilt_deg: got 29, allowed: 0 to 28.64"),

@@ -132,9 +132,7 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_SIZE, "file_bytes: the file is truncated, or longer than it says"},
         {RBT_ERR_CHECKSUM, "sha256: the contents do not have this checksum"},
         {RBT_ERR_DIMENSIONS, "dimensions: one is 0 or too large, or does not fit the others"},
-        {RBT_ERR_NAMES, "names: a channel or column is unknown, occurs twice or lacks "
-         "what it is made of, or the pair has characters that control "
-         "terminals"},
+        {RBT_ERR_NAMES, "names: a channel or column is unknown or occurs twice"},
         {RBT_ERR_OFFSETS, "offsets: an array does not lie in the file on a multiple of 64"},
         {RBT_ERR_INDICES, "indices: a component, class, root or child lies beyond its "
          "array"},

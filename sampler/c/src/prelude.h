@@ -132,7 +132,7 @@ extern "C" {
 #define RBTI_CONSTANT_RESISTANCE 1
 #define RBTI_TABULATED_RESISTANCE 2
 #define RBTI_COULOMB 3
-/* rows of a draw: its inputs, with the squared spin that trees compare, and its outcomes */
+/* rows of a draw: inputs, with the squared spin that trees compare, and outcomes */
 enum { RBTI_IN_ROOT_ANGLE, RBTI_IN_SPEED, RBTI_IN_SIGMA_X, RBTI_IN_SIGMA_Y, RBTI_IN_SIGMA_Z,
        RBTI_IN_SQUARE, RBTI_IN_B_A, RBTI_IN_C_B, RBTI_IN_ROWS };
 enum { RBTI_OUT_P_U, RBTI_OUT_P_V, RBTI_OUT_P_W, RBTI_OUT_OMEGA_X, RBTI_OUT_OMEGA_Y,

@@ -39,32 +39,14 @@ static uint64_t read_seed(const char *text)
     return (uint64_t)value;
 }
 
-/* Settings that are one of two words, 0 and 1. */
-static const struct {
-    const char *name;
-    size_t offset;
-    const char *zero, *one, *allowed;
-} choices[] = {
-    {"spin", offsetof(rebound_settings_t, spin), "no", "yes", "no, yes"},
-    {"out_of_range", offsetof(rebound_settings_t, refuse_outside), "clamp", "error", "clamp, error"},
-    {"face_sums", offsetof(rebound_settings_t, face_sums), "no", "yes", "no, yes"},
-    {"face_histograms", offsetof(rebound_settings_t, face_histograms), "no", "yes", "no, yes"},
-    {"isotropic", offsetof(rebound_settings_t, isotropic), "no", "yes", "no, yes"},
-};
-
-/* Read a setting that is one of two words; 0 if none has that name. */
-static int take_choice(rebound_settings_t *settings, const char *name, const char *text)
+/* Return 0 or 1 for the first or the second of two words. */
+static int read_choice(const char *name, const char *text, const char *zero, const char *one)
 {
-    for (size_t i = 0; i < sizeof choices / sizeof *choices; i++) {
-        const int is_one = strcmp(text, choices[i].one) == 0;
-        if (strcmp(name, choices[i].name) != 0)
-            continue;
-        if (!is_one && strcmp(text, choices[i].zero) != 0)
-            refuse(name, text, choices[i].allowed);
-        *(int *)((char *)settings + choices[i].offset) = is_one;
-        return 1;
-    }
-    return 0;
+    char allowed[32];
+    snprintf(allowed, sizeof allowed, "%s, %s", zero, one);
+    if (strcmp(text, zero) != 0 && strcmp(text, one) != 0)
+        refuse(name, text, allowed);
+    return strcmp(text, one) == 0;
 }
 
 /* Settings that are numbers. */
@@ -111,7 +93,17 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
     } else if (strcmp(name, "seed") == 0) {
         settings->seed = read_seed(value);
         *has_seed = 1;
-    } else if (!take_choice(settings, name, value) && !take_number(settings, name, value)) {
+    } else if (strcmp(name, "spin") == 0) {
+        settings->spin = read_choice(name, value, "no", "yes");
+    } else if (strcmp(name, "out_of_range") == 0) {
+        settings->refuse_outside = read_choice(name, value, "clamp", "error");
+    } else if (strcmp(name, "face_sums") == 0) {
+        settings->face_sums = read_choice(name, value, "no", "yes");
+    } else if (strcmp(name, "face_histograms") == 0) {
+        settings->face_histograms = read_choice(name, value, "no", "yes");
+    } else if (strcmp(name, "isotropic") == 0) {
+        settings->isotropic = read_choice(name, value, "no", "yes");
+    } else if (!take_number(settings, name, value)) {
         refuse(name, "a name that is unknown",
                "table, seed, spin, out_of_range, half_size, gas_torque, deposit_speed, "
                "deposit_diameter, face_sums, face_histograms, histogram_speed, tilt_deg, isotropic, "
