@@ -60,19 +60,6 @@ def test_statistics_are_those_of_python(work):
     assert saturne_wall.main(work) == 0
 
 
-def test_a_wrong_law_is_rejected(work):
-    direct = first_hits.direct_states(20_000)
-    folder = saturne_run.run(work, work / "wrong", 20, step=5e-4, particles=12_000, symmetry=2)
-    hits = box_run.read_hits(folder)
-    mirrored = hits.velocity - 2 * (hits.velocity * hits.normal).sum(axis=1)[:, None] * hits.normal
-    stock = hits._replace(new_velocity=mirrored, new_omega=hits.omega)
-    rows = first_hits.compare(box_run.states(stock), box_run.conditions(hits), direct)
-    assert all(row.ks > 10 * first_hits.KS for row in rows)
-    wrong = direct[-1:] + direct[:-1]  # the right law at the next condition
-    rows = first_hits.compare(box_run.states(hits), box_run.conditions(hits), wrong)
-    assert not any(row.holds for row in rows)
-
-
 def test_every_wall_counts_and_the_spin_is_kept(table, first):
     started = box_run.read_particles(first, "start")
     ended = box_run.read_particles(first, "end")

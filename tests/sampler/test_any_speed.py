@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from binary_reader import read_binary
-from refusals import refused
 from spin_tables import with_spin_law
 
 import sampler
@@ -45,18 +44,6 @@ def test_no_speed_is_outside_the_spin_law(anywhere, contents):
             free.sample(0.7, SPEEDS, **given), bound.sample(0.7, SPEEDS, **given)
         )
     assert (free.counts["speed"], bound.counts["speed"]) == (0, 5)
-
-
-def test_angles_are_outside_as_before(anywhere):
-    free = sampler.Table(anywhere)
-    with pytest.warns(sampler.OutsideTableWarning, match=r"alpha1: got .* 5\.7295\d* deg, 10 m"):
-        free.sample([0.1, 0.7], 10.0, seed=1, index=range(2))
-    assert (free.counts["angle"], sum(free.counts.values())) == (1, 1)
-
-
-@pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
-def test_no_speed_at_all_is_refused_as_before(anywhere, speed):
-    refused("speed", sampler.Table(anywhere).sample, 0.7, [100.0, speed], seed=1, index=range(2))
 
 
 def test_the_files_say_so(anywhere, contents, tmp_path):

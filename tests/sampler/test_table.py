@@ -43,17 +43,6 @@ def test_same_keys_same_states_for_any_threads_and_batches(table):
     )
 
 
-def test_rebound_is_the_same_for_any_threads(table):
-    velocity = np.random.default_rng(4).standard_normal((N, 3)) * 100.0
-    velocity[:, 1] = -np.abs(velocity[:, 1])
-    given = {"grain": "fresh", "seed": 3, "index": range(N)}
-    one = table.rebound(velocity, [0, 1, 0], 1e-5, threads=1, **given)
-    for threads in (None, 5):
-        many = table.rebound(velocity, [0, 1, 0], 1e-5, threads=threads, **given)
-        np.testing.assert_array_equal(many[0], one[0])
-        np.testing.assert_array_equal(many[1], one[1])
-
-
 def test_each_key_changes_every_state(table):
     base = table.sample(0.7, 120.0, seed=1, index=np.arange(1000), hit=2)
     for other in (
@@ -305,10 +294,6 @@ def test_first_bad_impact_is_named(table_path, name, values, allowed, threads):
         assert " at row 400 (particle 400), allowed: " in line
         assert allowed in line.partition("allowed: ")[2]
     assert table.counts == _counts()
-
-
-def test_a_wall_that_flees_is_refused_as_a_velocity(table):
-    refused("velocity", table.rebound, **IMPACT, wall_velocity=[0, -99, 0], seed=1, index=0)
 
 
 @pytest.mark.parametrize(

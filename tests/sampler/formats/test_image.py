@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 from binary_reader import read_binary
 from spin_tables import with_spin_law
-from synthetic_table import make_contents
 
 from sampler.errors import TableError
 from sampler.formats.binary_layout import ALIGNMENT, ARRAYS, HEADER_DTYPE, field_offset
-from sampler.formats.bounds import LANES
 from sampler.formats.image import expert_records, header_of, table_image, write_binary_table
 from sampler.table import load
 
@@ -23,31 +21,6 @@ def written(contents, tmp_path_factory):
     path = tmp_path_factory.mktemp("image") / "t.rbt"
     write_binary_table(path, contents)
     return path.read_bytes()
-
-
-def test_the_file_holds_the_contents(contents, tmp_path):
-    path = tmp_path / "t.rbt"
-    write_binary_table(path, contents)
-    header, arrays = read_binary(path)
-    assert bytes(header["pair"]).decode() == contents.pair
-    assert header["content_sha256"].tobytes().hex() == contents.content_sha256
-    assert [p.name for p in tmp_path.iterdir()] == ["t.rbt"]
-    np.testing.assert_array_equal(
-        arrays["alpha_coordinate"], contents["axes/alpha_coordinate"].ravel()
-    )
-    np.testing.assert_array_equal(
-        arrays["first_of_class"], contents["dependence/first_of_class"].ravel()
-    )
-    stay = contents["dependence/alias_probability"].astype(np.uint32) << np.uint32(16)
-    np.testing.assert_array_equal(
-        arrays["alias"], (stay | contents["dependence/alias_index"]).ravel()
-    )
-    alphas = np.deg2rad(contents["axes/alpha_deg"])
-    assert [header["alpha_first"], header["alpha_last"]] == [alphas[0], alphas[-1]]
-    assert (header["n_alpha"], header["n_speed"], header["n_knots"]) == (3, 3, 65)
-    records = arrays["components"][:-LANES].reshape(-1, header["stride"])
-    np.testing.assert_array_equal(records[:, 0], contents["dependence/reflection"].ravel())
-    np.testing.assert_array_equal(records[:, 1:7], contents["dependence/mean"].reshape(-1, 6))
 
 
 def test_quantiles_are_those_of_the_nodes_to_half_a_step(contents, written):
@@ -102,8 +75,3 @@ def test_layout_of_the_file(written):
     at = field_offset("sha256")
     outside = written[:at] + written[at + 32 :]
     assert hashlib.sha256(outside).digest() == written[at : at + 32]
-
-
-def test_the_longest_name(tmp_path):
-    write_binary_table(tmp_path / "t.rbt", make_contents(pair="ä" * 63))
-    assert bytes(read_binary(tmp_path / "t.rbt")[0]["pair"]).decode() == "ä" * 63
