@@ -4,7 +4,6 @@ Needs code_saturne of Debian 12; sampler/code_saturne/install.sh installs it.
 """
 
 import shutil
-from dataclasses import replace
 
 import box_run
 import first_hits
@@ -14,7 +13,6 @@ import saturne_run
 import saturne_wall
 
 import sampler
-from sampler.formats.image import write_binary_table
 
 pytestmark = pytest.mark.study
 
@@ -30,6 +28,11 @@ FEW = 1e-3
 def first(work):
     """Run of a hundred time steps."""
     return saturne_run.run(work, work / "first", 100, step=STEP, particles=COUNT)
+
+
+def particles(folder):
+    """Particles at the start of a run and at its end."""
+    return [box_run.read_particles(folder, when) for when in ("start", "end")]
 
 
 def share_off(particles, velocity, omega):
@@ -61,8 +64,7 @@ def test_statistics_are_those_of_python(work):
 
 
 def test_every_wall_counts_and_the_spin_is_kept(table, first):
-    started = box_run.read_particles(first, "start")
-    ended = box_run.read_particles(first, "end")
+    started, ended = particles(first)
     hits = check(table, started, ended, 100 * STEP)
     assert hits.max() > 4
     assert len(np.unique(started.index)) == COUNT
@@ -77,8 +79,7 @@ def test_every_wall_counts_and_the_spin_is_kept(table, first):
 def test_several_walls_in_one_time_step(work, table, tmp_path):
     """Where the tracker's start stays behind at a rebound, 2 % of particles end otherwise."""
     folder = saturne_run.run(work, tmp_path / "long", 10, step=2e-3, particles=2 * COUNT)
-    started = box_run.read_particles(folder, "start")
-    check(table, started, box_run.read_particles(folder, "end"), 10 * 2e-3)
+    check(table, *particles(folder), 10 * 2e-3)
 
 
 @pytest.mark.parametrize("processors", [1, 2])
@@ -95,8 +96,7 @@ def test_a_restart_changes_nothing(work, table, first, processors, tmp_path):
 def test_a_symmetry_plane_mirrors_the_spin(work, table, tmp_path):
     given = {"step": STEP, "particles": COUNT, "symmetry": 1}
     folder = saturne_run.run(work, tmp_path / "mirror", 100, **given)
-    started = box_run.read_particles(folder, "start")
-    ended = box_run.read_particles(folder, "end")
+    started, ended = particles(folder)
     check(table, started, ended, 100 * STEP, symmetry_axes=[0])
     through, _, _ = box_run.replay(table, started, 100 * STEP)
     assert np.mean(np.abs(through - ended.velocity).max(axis=1) > 1.0) > 0.1
@@ -105,8 +105,7 @@ def test_a_symmetry_plane_mirrors_the_spin(work, table, tmp_path):
 def test_the_gas_slows_the_spin_down(work, table, tmp_path):
     given = {"step": STEP, "particles": COUNT, "text": saturne_run.settings(gas_torque=2)}
     folder = saturne_run.run(work, tmp_path / "gas", 100, **given)
-    started = box_run.read_particles(folder, "start")
-    ended = box_run.read_particles(folder, "end")
+    started, ended = particles(folder)
     velocity, omega, _ = box_run.replay(table, started, 100 * STEP, slow=box_run.slow(2))
     # of two walls in one time step the second is met at another time, since the tracker starts
     # beside the first: 1.2 %, and a quarter of that with a quarter of the step
@@ -216,13 +215,7 @@ def test_faces_have_works(work, tilt_deg, tmp_path):
 
 @pytest.fixture(scope="module")
 def tables(work, table):
-    """Tables that cannot be used: cut short, and without a spin law."""
-    whole = (work / saturne_run.TABLE).read_bytes()
-    (work / "short.rbt").write_bytes(whole[: len(whole) // 2])
-    contents = table.contents
-    datasets = {path: x for path, x in contents.datasets.items() if not path.startswith("spin")}
-    write_binary_table(work / "plain.rbt", replace(contents, datasets=datasets))
-    return {name: work / f"{name}.rbt" for name in ("none", "short", "plain")}
+    return first_hits.unfit_tables(work / saturne_run.TABLE, table.contents)
 
 
 @pytest.mark.parametrize(

@@ -316,15 +316,12 @@ def test_spin_no_gives_the_table_none(work, table, started, cloud, tmp_path):
 
 @pytest.fixture(scope="module")
 def tables(work, table):
-    """Tables by name: cut short, without a spin law, and of fast impacts only."""
-    whole, contents = (work / foam_run.TABLE).read_bytes(), table.contents
-    (work / "short.rbt").write_bytes(whole[: len(whole) // 2])
-    datasets = {path: x for path, x in contents.datasets.items() if not path.startswith("spin")}
-    write_binary_table(work / "plain.rbt", replace(contents, datasets=datasets))
+    """Tables by name; one is of fast impacts only."""
+    unfit = first_hits.unfit_tables(work / foam_run.TABLE, table.contents)
     changes = {"spin": False, "domain": {"speed": [50.0, 300.0]}}
     scene = load_config("corundum-steel").with_changes(changes)
-    write_binary_table(work / "fast.rbt", pruned(contents, scene))
-    return {name: work / f"{name}.rbt" for name in ("none", "short", "plain", "fast")}
+    write_binary_table(work / "fast.rbt", pruned(table.contents, scene))
+    return unfit | {"fast": work / "fast.rbt"}
 
 
 @pytest.mark.parametrize(

@@ -81,18 +81,3 @@ def test_keys_are_integers(table, name, said):
 def test_integers_of_any_kind(value):
     number = as_integer("count", value, 1, 7, "1 to 7")
     assert (number, type(number)) == (7, int)
-
-
-def _read_only(values):
-    array = np.array(values)
-    array.flags.writeable = False
-    return array
-
-
-def test_arrays_that_cannot_be_written_are_taken(table):
-    """As pandas and memory maps give them."""
-    conditions = {"alpha1": np.full(3, 0.7), "speed": np.full(3, 100.0)}
-    keys = {"index": np.arange(3, dtype=np.uint64), "hit": np.zeros(3, dtype=np.uint32)}
-    drawn = table.sample(**conditions, **keys, seed=1)
-    frozen = {name: _read_only(values) for name, values in (conditions | keys).items()}
-    np.testing.assert_array_equal(table.sample(**frozen, seed=1), drawn)

@@ -20,6 +20,9 @@ from sampler.formats.bounds import FOLD
 pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
 
 CONTENTS, WITH_WORKS = with_spin_law(make_contents()), with_spin_law(works())
+#: A shape that nobody in the population has, and a mesh.
+UNUSED = with_spin_law(make_contents(), codes=(0, 3, 6))
+UNUSED["spin/shape_weights"][:] = 0.25, 0.0, 0.75
 LESS_SPHERES, ROUND_WORKS = less_spheres(CONTENTS), less_spheres(WITH_WORKS)
 N = 300
 INDEX, HITS = np.arange(N) % 40, np.arange(N) // 40
@@ -124,13 +127,15 @@ class TestSample:
 class TestSpecification:
     """Against plain Python, from the stored file."""
 
-    def test_grains(self, table):
+    @pytest.mark.parametrize("contents", [CONTENTS, UNUSED])
+    def test_grains(self, contents):
+        table = sampler.Table(contents)
         for index in (0, 1, 2**40, 2**64 - 1, *range(100, 160)):
-            expected = reference_grain(CONTENTS, 2**63 + 9, index)
+            expected = reference_grain(contents, 2**63 + 9, index)
             found = table.grains(2**63 + 9, index)
             np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
 
-    @pytest.mark.parametrize("contents", [CONTENTS, WITH_WORKS, LESS_SPHERES, ROUND_WORKS])
+    @pytest.mark.parametrize("contents", [CONTENTS, WITH_WORKS, LESS_SPHERES, ROUND_WORKS, UNUSED])
     def test_states(self, contents):
         """Single precision: to 3e-4, but where a share is next to a border; one in a hundred."""
         alpha1, speed, spin = conditions(seed=4)

@@ -191,11 +191,7 @@ class TestWarning:
 
         with pytest.warns(OutsideTableWarning) as told:
             draw()
-        lines = [str(one.message) for one in told]
-        assert "speed: got an impact at 40.107 deg, 20 m/s at row 1 (particle 1)" in lines[0]
-        assert "2 of the rows of this call" in lines[0]
-        assert "velocity: got an impact at 0.572939 deg, 100.005 m/s at row 0" in lines[1]
-        assert len(lines) == 2
+        assert [str(one.message).partition(":")[0] for one in told] == ["speed", "velocity"]
         assert told[0].filename == __file__
         assert table.counts == _counts(angle=1, speed=3)
 
