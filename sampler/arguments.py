@@ -327,7 +327,7 @@ def present(**optional: Any) -> dict[str, Any]:
 
 
 class HostArrays:
-    """Arrays that arguments become: those of numpy. `sampler.device` has others."""
+    """How arguments become arrays of numpy; `sampler.device` makes them arrays of CuPy."""
 
     library: Any = np
     reals = staticmethod(as_rows_of)

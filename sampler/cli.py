@@ -83,7 +83,7 @@ def draw(
     from sampler.table import load
 
     loaded = load(table, outside=outside)
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", OutsideTableWarning)
         try:
             keys: dict[str, Any] = {"seed": seed, "index": np.arange(count), "hit": 0}
@@ -91,7 +91,7 @@ def draw(
         except InputError as error:
             raise InputError(_of_flags(error)) from None
     write_arrays(output, state=state, columns=loaded.columns)
-    for warning in told:
+    for warning in caught:
         note("sampler", _of_flags(warning.message).partition("; table.counts")[0])
     return DONE
 

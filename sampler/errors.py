@@ -18,9 +18,9 @@ class Code(NamedTuple):
 #: Codes of draws, then of files.
 CODES = (
     Code("OK", 0, "fine"),
-    Code("ANGLE", 1, "impact angle outside the table, whose nearest was drawn"),
-    Code("SPEED", 2, "impact speed outside the table, whose nearest was drawn"),
-    Code("SPIN", 4, "spin beyond the table, whose nearest condition was drawn"),
+    Code("ANGLE", 1, "impact angle outside the table: the nearest was drawn"),
+    Code("SPEED", 2, "impact speed outside the table: the nearest was drawn"),
+    Code("SPIN", 4, "spin beyond the table: the nearest condition was drawn"),
     Code("EXTRAPOLATED", 8, "a speed at which the material pair was not measured"),
     Code("ERR_MISSING", -1, "a required array or the table is missing (NULL, or a handle of 0)"),
     Code("ERR_NOT_FINITE", -2, "arguments: allowed: finite numbers, speeds below 1e150 m/s"),

@@ -130,7 +130,7 @@ def _function(
     """
     address = ctypes.cast(getattr(library(), symbol), ctypes.c_void_p).value
     llvmlite.binding.add_symbol(symbol, address)
-    found = types.Tuple(((returns,) if returns != types.void else ()) + (types.float64,) * count)
+    output = types.Tuple(((returns,) if returns != types.void else ()) + (types.float64,) * count)
 
     def typed(typingctx: Any, *given: Any) -> Any:
         for (name, what), kind in zip(arguments.items(), given, strict=True):
@@ -146,10 +146,10 @@ def _function(
             result = ir.VoidType() if returns == types.void else context.get_value_type(returns)
             kind = ir.FunctionType(result, [value.type for value in values])
             function = cgutils.get_or_insert_function(builder.module, kind, symbol)
-            results = [builder.call(function, values)][: len(found) - count]
-            return context.make_tuple(builder, found, results + [builder.load(at) for at in room])
+            results = [builder.call(function, values)][: len(output) - count]
+            return context.make_tuple(builder, output, results + [builder.load(at) for at in room])
 
-        return found(*given), emit
+        return output(*given), emit
 
     # numba takes the number and the names of the arguments from the signature
     kind = Parameter.POSITIONAL_OR_KEYWORD
@@ -227,14 +227,14 @@ def sample(
     ValueError
         If `out` has not as many numbers as the table has columns.
     """
-    found = _sample(handle, alpha1, speed, spin, grain, index, hit, fresh, seed, out)
-    numbers = found[1:]
-    if found[0] != MISSING and out.size != _columns(handle, None)[0]:
+    result = _sample(handle, alpha1, speed, spin, grain, index, hit, fresh, seed, out)
+    numbers = result[1:]
+    if result[0] != MISSING and out.size != _columns(handle, None)[0]:
         raise ValueError("out: allowed: as many numbers as the table has columns")
     for k in range(10):  # a number that the compiler knows
         if k < out.size:
             out[k] = numbers[k]
-    return found[0]
+    return result[0]
 
 
 @numba.njit(nogil=True)
@@ -275,14 +275,14 @@ def rebound(
         As `sample`, with the flags of any bounce from a rough wall.
     """
     how = wall_velocity, omega, roughness, grain, index, hit, fresh, isotropic, seed
-    found = _rebound(handle, velocity, normal, half_size, *how, out)
-    numbers = found[1:]
+    result = _rebound(handle, velocity, normal, half_size, *how, out)
+    numbers = result[1:]
     if out.size not in (6, 8):
         raise ValueError("out: allowed: 6 numbers, or 8 with works")
     for k in range(8):
         if k < out.size:
             out[k] = numbers[k]
-    return found[0]
+    return result[0]
 
 
 @numba.njit(nogil=True)

@@ -45,10 +45,10 @@ def _by_rows(function: str, *tail: int, dtype: Any = np.float64, **given: ArrayL
         np.ascontiguousarray(np.broadcast_to(array, shape + tails[name]))
         for name, array in arrays.items()
     ]
-    found = np.empty((*shape, *tail), dtype)
-    addresses = (array.ctypes.data for array in (*rows, found))
+    results = np.empty((*shape, *tail), dtype)
+    addresses = (array.ctypes.data for array in (*rows, results))
     getattr(library(), function)(math.prod(shape), *addresses)
-    return found
+    return results
 
 
 def gas_torque(

@@ -8,7 +8,7 @@ from sampler.arguments import Keys, Rebound, as_isotropic, broadcast
 from sampler.device import program
 from sampler.errors import refuse
 from sampler.formats.image import Image
-from sampler.library import Found
+from sampler.library import Report
 from sampler.messages import Counting, Counts
 
 #: Threads of a block, and most blocks for each multiprocessor: larger arrays are taken in turns.
@@ -131,8 +131,8 @@ class DeviceTable(Counting):
             made = self._cupy.zeros(_MOST_BYTES, np.uint8)
             arguments = self._image, np.uint64(self._image.size), made
             self._module.get_function("rbt_table_kernel")((1,), (1,), arguments)
-            found = self._cupy.asnumpy(made)
-        return found[8 : 8 + int(found[:8].view(np.uint64)[0])].copy()
+            bytes_ = self._cupy.asnumpy(made)
+        return bytes_[8 : 8 + int(bytes_[:8].view(np.uint64)[0])].copy()
 
     def _call(
         self, arguments: dict[str, Any], name: str, grain: Any, keys: Keys
@@ -170,6 +170,6 @@ class DeviceTable(Counting):
             self._module.get_function(kernel)((blocks,), (_THREADS,), arguments)
             if not flagged.item():
                 return
-            found = Found.of(self._cupy.asnumpy(codes))
-        self._refuse(call, found)
-        self._count(call, found, 4)
+            report = Report.of(self._cupy.asnumpy(codes))
+        self._refuse(call, report)
+        self._count(call, report, 4)

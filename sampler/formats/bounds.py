@@ -79,7 +79,7 @@ def is_text(text: str) -> bool:
 
 
 #: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed. They are not
-#: the limits of the numbers, which compilers may take for granted.
+#: the limits of the type: compilers may drop a comparison with these.
 ANY_SPEED = (1e-300, 1e300)
 
 #: Relative rounding of a unit conversion: a smaller excess is no excess.

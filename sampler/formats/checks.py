@@ -132,9 +132,9 @@ def node_index(path: str, span: str) -> Check:
         steps = np.linspace(ends[0], ends[1], values.size)
         expected = np.rint(np.interp(nodes[0], steps, values)) + np.arange(nodes.size)
         for factor in (1.0 - ROUNDING, 1.0 + ROUNDING):
-            found = np.interp(nodes * factor, steps, values)
-            refused = np.abs(found - expected) > NUMBER_ROUNDING
-            wrong = wrong or first_refused(found, refused, "the number of the node")
+            numbers = np.interp(nodes * factor, steps, values)
+            refused = np.abs(numbers - expected) > NUMBER_ROUNDING
+            wrong = wrong or first_refused(numbers, refused, "the number of the node")
         return wrong
 
     allowed = f"growing, from 0 to {MOST_NUMBER:g}, whole at every node within {NUMBER_ROUNDING:g}"
@@ -191,7 +191,7 @@ spin_adds_up = Check("of sum 1", _spin_adds_up)
 
 
 def _spin_aspect_law(values: Array, _: Mapping[str, Array]) -> str | None:
-    """Refuse normal laws whose ratios could be no numbers."""
+    """Refuse normal laws that could give ratios that are no numbers."""
     mean, deviation, low, high = values.T
     problem = first_refused(mean, np.abs(mean) > 100.0, "from -100 to 100")
     problem = problem or first_refused(deviation, (deviation < 0) | (deviation > 100), "0 to 100")
@@ -279,4 +279,4 @@ def _contact_laws(values: Array, _: Mapping[str, Array]) -> str | None:
     return None
 
 
-contact_laws = Check("laws and tables as told", _contact_laws)
+contact_laws = Check("laws that are known, and their tables", _contact_laws)

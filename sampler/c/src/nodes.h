@@ -366,7 +366,7 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_node(const rbt_table *table, double alpha1
     rbti_draw_channels(table, alpha1, speed, seed, index, hit, variables, state);
 #else
     if (table->n_channels != 6) {
-        double values[RBT_VALUES]; /* whose address is known elsewhere, is in no register */
+        double values[RBT_VALUES]; /* not `state`, so that this stays in registers */
         rbti_draw_channels(table, alpha1, speed, seed, index, hit, variables, values);
         for (int k = 0; k < variables; k++)
             state[k] = values[k];

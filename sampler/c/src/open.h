@@ -101,9 +101,9 @@ RBT_API const char *rbt_strerror(int code)
     } texts[] = {
 /* begin texts */
         {RBT_OK, "fine"},
-        {RBT_ANGLE, "impact angle outside the table, whose nearest was drawn"},
-        {RBT_SPEED, "impact speed outside the table, whose nearest was drawn"},
-        {RBT_SPIN, "spin beyond the table, whose nearest condition was drawn"},
+        {RBT_ANGLE, "impact angle outside the table: the nearest was drawn"},
+        {RBT_SPEED, "impact speed outside the table: the nearest was drawn"},
+        {RBT_SPIN, "spin beyond the table: the nearest condition was drawn"},
         {RBT_EXTRAPOLATED, "a speed at which the material pair was not measured"},
         {RBT_ERR_MISSING, "a required array or the table is missing (NULL, or a handle of"
          " 0)"},

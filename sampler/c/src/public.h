@@ -251,7 +251,7 @@ typedef struct rbt_rebounds {
                           kg of the particle; 0 without works in the table */
     int *codes;        /* n */
     size_t bad;        /* written: number of rows with an error */
-    size_t first_bad;  /* written: first of them; n if there is none */
+    size_t first_bad;  /* written: first of them; n if none */
     size_t flagged[4]; /* written: numbers of rows with RBT_ANGLE, RBT_SPEED, RBT_SPIN, RBT_EXTRAPOLATED */
 } rbt_rebounds;
 
@@ -315,8 +315,8 @@ RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, doubl
 
 /* -- sizes, and particles that stay on the wall --
 
-   Largest half-size, m, of a grain (rbt_grain) whose volume is that of a sphere of a diameter, m; 0: a
-   mesh, whose volume nobody knows. */
+   Largest half-size, m, of a grain (rbt_grains) with the volume of a sphere of a diameter, m; 0: a mesh,
+   of unknown volume. */
 RBT_API RBT_DEVICE double rbt_half_size(double diameter, const double grain[3]);
 
 /* Mean moment of inertia of a grain over m a^2, for rbt_spin_after, and sphericity, the surface of the

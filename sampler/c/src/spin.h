@@ -18,10 +18,9 @@
      7                    rbti_to_spin_states  states, with no more energy than before
      all    spin_draw.h   rbti_spin_steps
 
-   Steps 3 to 6 are in single precision. Coefficients of a leaf or an expert that are multiplied by the
-   features of a draw lie side by side in the table, and are taken draw by draw. O, the number of
-   outcomes, is 6, or 8 with works; the compiler knows it where it matters, in single draws and in the
-   factors. */
+   Steps 3 to 6 are in single precision. Coefficients that are multiplied by the features of a draw lie
+   side by side in the table, and are taken draw by draw. The compiler knows the number of outcomes, 6
+   or with works 8, where it matters: in single draws and in the factors. */
 
 #define RBTI_LINE 32 /* 16-bit numbers of a cache line */
 
