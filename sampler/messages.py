@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler import errors
-from sampler.arguments import Call, told_apart
+from sampler.arguments import Call, shown_apart
 from sampler.errors import CODES, FLAGS, InputError, OutsideTableWarning
 from sampler.formats.bounds import ANY_SPEED, INERTIA
 from sampler.library import Report
@@ -140,10 +140,10 @@ class Counting:
         if "velocity" in arrays:
             name = "omega" if kind == "spin" else "velocity"
         alpha1, speed, spin = _impact(call, row)
-        degrees = told_apart(math.degrees(alpha1), *covered.alpha_deg, digits=6)
-        given = f"{degrees} deg, {told_apart(speed, *covered.speed or (), digits=6)} m/s"
+        degrees = shown_apart(math.degrees(alpha1), *covered.alpha_deg, digits=6)
+        given = f"{degrees} deg, {shown_apart(speed, *covered.speed or (), digits=6)} m/s"
         if covered.spin is not None and not {"spin", "omega"}.isdisjoint(arrays):
-            given += f", spin {told_apart(spin, *covered.spin, digits=6)}"
+            given += f", spin {shown_apart(spin, *covered.spin, digits=6)}"
         if "roughness" in arrays:
             given += " or on a facet of its rough wall"
         elif kind == "spin" and covered.spin is not None and spin <= covered.spin[1]:
@@ -179,7 +179,7 @@ def row_message(call: Call, row: int, code: int) -> str:
         text = next(each.text for each in CODES if each.number == code)
         return f"{text}, at {call.place(row)}"
     numbers = np.atleast_1d(call.at(name, row))
-    values = ", ".join(told_apart(float(x), math.pi / 2.0) for x in numbers)
+    values = ", ".join(shown_apart(float(x), math.pi / 2.0) for x in numbers)
     return f"{name}: got {values} at {call.place(row)}, allowed: {said}"
 
 

@@ -1,6 +1,6 @@
 /* -- the implementation ---------------------------------------------------------------------------
 
-   Sections in the order of the steps of a call. rbti_ is what no user calls; RBTI_ what none writes.
+   Sections, in the order of a call. Names with rbti_ and RBTI_ are internal.
 
      words                                random words and normal numbers
      nodes                                the law of first impacts
