@@ -51,7 +51,7 @@ class Rebound(NamedTuple):
     omega: NDArray[np.float64]
 
 
-def told_apart(value: float, *limits: float, digits: int = 9) -> str:
+def shown_apart(value: float, *limits: float, digits: int = 9) -> str:
     """Write a refused value with as many digits as tell it from the limits beside it."""
     others = [limit for limit in limits if limit != value]
     for count in range(digits, 18):
@@ -106,7 +106,7 @@ def _check_each(
     if not good.all():
         k = int(good.argmin())
         where = f" at {place(k, array.shape)}" if array.ndim else ""
-        refuse(name, f"{told_apart(float(array.flat[k]), *limits)}{where}", allowed)
+        refuse(name, f"{shown_apart(float(array.flat[k]), *limits)}{where}", allowed)
 
 
 def as_reals_up_to(
@@ -327,7 +327,7 @@ def present(**optional: Any) -> dict[str, Any]:
 
 
 class HostArrays:
-    """Arrays that arguments become: those of numpy. `sampler.device` has others."""
+    """How arguments become arrays of numpy; `sampler.device` makes them arrays of CuPy."""
 
     library: Any = np
     reals = staticmethod(as_rows_of)

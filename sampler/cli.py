@@ -83,7 +83,7 @@ def draw(
     from sampler.table import load
 
     loaded = load(table, outside=outside)
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", OutsideTableWarning)
         try:
             keys: dict[str, Any] = {"seed": seed, "index": np.arange(count), "hit": 0}
@@ -91,7 +91,7 @@ def draw(
         except InputError as error:
             raise InputError(_of_flags(error)) from None
     write_arrays(output, state=state, columns=loaded.columns)
-    for warning in told:
+    for warning in caught:
         note("sampler", _of_flags(warning.message).partition("; table.counts")[0])
     return DONE
 
@@ -186,22 +186,9 @@ def _table_facts(path: Path) -> dict[str, Any]:
     }
 
 
-def _ends(domain: Mapping[str, Any]) -> list[str]:
-    """Write the ranges of angle and speed, of those that are given."""
-    units = {"alpha_deg": "degrees", "speed": "m/s"}
-    return [f"{domain[k][0]:g} to {domain[k][1]:g} {units[k]}" for k in units if k in domain]
-
-
 def _scene_text(scene: Mapping[str, Any]) -> str:
-    domain = scene.get("domain", {})
-    parts = [f"pair {scene['pair']}", *_ends(domain)]
-    if "components" in domain:
-        parts.append(" ".join(domain["components"]))
-    if "dimension" in domain:
-        parts.append(f"{domain['dimension']} dimensions")
-    if preset := scene.get("accuracy", {}).get("preset"):
-        parts.append(f"accuracy {preset}")
-    return ", ".join(parts)
+    parts = [f"pair {scene['pair']}", " ".join(scene.get("domain", {}).get("components", ()))]
+    return ", ".join(filter(None, parts))
 
 
 def _catalogue_text(found: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:

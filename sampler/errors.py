@@ -18,9 +18,9 @@ class Code(NamedTuple):
 #: Codes of draws, then of files.
 CODES = (
     Code("OK", 0, "fine"),
-    Code("ANGLE", 1, "impact angle outside the table, whose nearest was drawn"),
-    Code("SPEED", 2, "impact speed outside the table, whose nearest was drawn"),
-    Code("SPIN", 4, "spin beyond the table, whose nearest condition was drawn"),
+    Code("ANGLE", 1, "impact angle outside the table: the nearest was drawn"),
+    Code("SPEED", 2, "impact speed outside the table: the nearest was drawn"),
+    Code("SPIN", 4, "spin beyond the table: the nearest condition was drawn"),
     Code("EXTRAPOLATED", 8, "a speed at which the material pair was not measured"),
     Code("ERR_MISSING", -1, "a required array or the table is missing (NULL, or a handle of 0)"),
     Code("ERR_NOT_FINITE", -2, "arguments: allowed: finite numbers, speeds below 1e150 m/s"),
@@ -49,9 +49,7 @@ CODES = (
     Code("ERR_SIZE", -26, "file_bytes: the file is truncated, or longer than it says"),
     Code("ERR_CHECKSUM", -27, "sha256: the contents do not have this checksum"),
     Code("ERR_DIMENSIONS", -28, "dimensions: one is 0 or too large, or does not fit the others"),
-    Code("ERR_NAMES", -29,
-        "names: a channel or column is unknown, occurs twice or lacks what it is made of, or the "
-        "pair has characters that control terminals"),
+    Code("ERR_NAMES", -29, "names: a channel or column is unknown or occurs twice"),
     Code("ERR_OFFSETS", -30, "offsets: an array does not lie in the file on a multiple of 64"),
     Code("ERR_INDICES", -31, "indices: a component, class, root or child lies beyond its array"),
 )  # fmt: skip

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from sampler import library
 from sampler.arguments import Call, Grain, Keys, as_reals_up_to, common_shape, present
 from sampler.errors import refuse
-from sampler.library import Found, OpenTable, Rows
+from sampler.library import OpenTable, Report, Rows
 
 #: Draws at a condition, and a seed that is kept for them: a user's draws shall not repeat them.
 DRAWS = 2**18
@@ -25,8 +25,8 @@ class LawAtConditions:
     columns: tuple[str, ...]
     _table: OpenTable
     _call: Callable[[dict[str, Any], Grain, Keys], Call]
-    _refuse: Callable[[Call, Found], None]
-    _count: Callable[[Call, Found, int], None]
+    _refuse: Callable[[Call, Report], None]
+    _count: Callable[[Call, Report, int], None]
 
     def mean(
         self, alpha1: ArrayLike, speed: ArrayLike, spin: ArrayLike | None = None
@@ -93,13 +93,13 @@ class LawAtConditions:
         shapes = {"p": probability.shape, "alpha1": np.shape(alpha1), "speed": np.shape(speed)}
         shape = common_shape(shapes | {"spin": spins.shape[:-1]})
         probabilities = np.unique(probability)
-        found = self._of_law(
+        values = self._of_law(
             alpha1, speed, spin, lambda states: np.quantile(states[:, column], probabilities)
         )
         # of all probabilities at each condition, those that belong to it
         which = np.broadcast_to(np.searchsorted(probabilities, probability), shape)
-        found = np.broadcast_to(found, (*shape, probabilities.size))
-        return np.take_along_axis(found, which[..., None], axis=-1)[..., 0]
+        values = np.broadcast_to(values, (*shape, probabilities.size))
+        return np.take_along_axis(values, which[..., None], axis=-1)[..., 0]
 
     def _of_law(
         self, alpha1: ArrayLike, speed: ArrayLike, spin: ArrayLike | None, reduce: Reduction

@@ -154,7 +154,7 @@ class Rows(NamedTuple):
     fresh: bool
 
 
-class Found(NamedTuple):
+class Report(NamedTuple):
     """Codes of the rows of a call, and what there is among them.
 
     Attributes
@@ -172,7 +172,7 @@ class Found(NamedTuple):
     counts: tuple[int, ...]
 
     @classmethod
-    def of(cls, codes: NDArray[np.intc]) -> "Found":
+    def of(cls, codes: NDArray[np.intc]) -> "Report":
         """Look through codes."""
         bad = bool((codes < 0).any())
         # bytes take a third of the time
@@ -186,12 +186,11 @@ def sample(
     rows: Rows,
     states: NDArray[np.float64] | None,
     threads: int | None,
-    found: Found | None = None,
-) -> Found:
+    report: Report | None = None,
+) -> Report:
     """Draw the states (n, n_columns) of all rows, NaN where there is an error; None: codes alone.
 
-    `threads`: None for as many as the number of rows is worth. `found`: the codes, where they were
-    found before.
+    `threads`: None for as many as are worth their cost. `report`: the codes, if they are known.
     """
     draw = library().rbt_sample
 
@@ -200,7 +199,7 @@ def sample(
         out = None if states is None else states.ctypes.data + start * states.strides[0]
         return draw(table.handle, count, ctypes.byref(given), rows.seed, out, codes)
 
-    return _run(run, rows, threads, found)
+    return _run(run, rows, threads, report)
 
 
 def rebound(
@@ -209,7 +208,7 @@ def rebound(
     results: dict[str, NDArray[np.float64]],
     threads: int | None,
     isotropic: bool,
-) -> Found:
+) -> Report:
     """Write the results that are wanted: velocity and omega (n, 3), works (n, 2), of each row.
 
     They are in the lab frame, in m/s, rad/s and J/kg, and NaN where there is an error.
@@ -228,16 +227,15 @@ def rebound(
 def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> NDArray[np.float64]:
     """Draw the grains that n particles keep, shape (n, 3); `index` has shape (n,) or (1,)."""
     whole = np.ascontiguousarray(np.broadcast_to(index, (n,)))
-    found = np.empty((n, 3))
-    address = found.ctypes.data
-    library().rbt_grains(table.handle, n, seed, whole.ctypes.data, None, address)
-    return found
+    rows = np.empty((n, 3))
+    library().rbt_grains(table.handle, n, seed, whole.ctypes.data, None, rows.ctypes.data)
+    return rows
 
 
 def _run(
-    run: Callable[..., int], rows: Rows, threads: int | None, before: Found | None = None
-) -> Found:
-    """Run a function over slices of all rows; return what was found, if it was not before."""
+    run: Callable[..., int], rows: Rows, threads: int | None, before: Report | None = None
+) -> Report:
+    """Run a function over slices of all rows; return their codes, those given if there are any."""
     n = rows.n
     if threads is None:
         worth = n // _ROWS_PER_THREAD
@@ -246,9 +244,9 @@ def _run(
     longest = math.ceil(n / parts)
     arrays = {name: _long_enough(array, n, longest) for name, array in rows.arrays.items()}
     codes = np.empty(0 if before else n, np.intc)
-    nothing = Found(None, False, (0,) * len(FLAGS))
+    nothing = Report(None, False, (0,) * len(FLAGS))
 
-    def part(ends: tuple[int, int]) -> Found:
+    def part(ends: tuple[int, int]) -> Report:
         start, end = ends
         at = {
             name: array.ctypes.data + (start * array.strides[0] if len(array) == n else 0)
@@ -257,20 +255,20 @@ def _run(
         where = None if before else codes.ctypes.data + start * codes.itemsize
         code = run(at, start, end - start, where)
         # while they are in the cache
-        return Found.of(codes[start:end]) if code and not before else nothing
+        return Report.of(codes[start:end]) if code and not before else nothing
 
     slices = list(pairwise(n * k // parts for k in range(parts + 1)))
     if threads == 1:
-        found = [part(ends) for ends in slices]
+        reports = [part(ends) for ends in slices]
     else:
         with ThreadPoolExecutor(threads) as pool:
-            found = list(pool.map(part, slices))
+            reports = list(pool.map(part, slices))
     if before:
         return before
-    if all(each is nothing for each in found):
+    if all(each is nothing for each in reports):
         return nothing
-    counts = tuple(map(sum, zip(*(each.counts for each in found), strict=True)))
-    return Found(codes, any(each.bad for each in found), counts)
+    counts = tuple(map(sum, zip(*(each.counts for each in reports), strict=True)))
+    return Report(codes, any(each.bad for each in reports), counts)
 
 
 def _long_enough(array: NDArray[Any], n: int, longest: int) -> NDArray[Any]:

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler import errors
-from sampler.arguments import Call, told_apart
+from sampler.arguments import Call, shown_apart
 from sampler.errors import CODES, FLAGS, InputError, OutsideTableWarning
 from sampler.formats.bounds import ANY_SPEED, INERTIA
-from sampler.library import Found
+from sampler.library import Report
 
 Ends = tuple[float, float]
 
@@ -70,11 +70,11 @@ class Counts:
         self.by_kind = dict.fromkeys(FLAGS, 0)
         self._lock = threading.Lock()
 
-    def add(self, found: dict[str, int]) -> list[str]:
+    def add(self, numbers: dict[str, int]) -> list[str]:
         """Add numbers, from any thread; tell which kinds were met for the first time."""
         with self._lock:
-            new = [kind for kind, number in found.items() if number and not self.by_kind[kind]]
-            for kind, number in found.items():
+            new = [kind for kind, number in numbers.items() if number and not self.by_kind[kind]]
+            for kind, number in numbers.items():
                 self.by_kind[kind] += number
         return new
 
@@ -83,7 +83,7 @@ class Counts:
 
 
 class Counting:
-    """The part that `Table` and `DeviceTable` share: what becomes of the codes of a call."""
+    """What `Table` and `DeviceTable` share: codes are refused, or counted and warned of."""
 
     outside: str
     pair: str
@@ -100,37 +100,37 @@ class Counting:
         """Number of draws so far at speeds at which the pair was not measured."""
         return self._counts.by_kind["extrapolated"]
 
-    def _refused(self, found: Found) -> NDArray[np.bool_] | None:
+    def _refused(self, report: Report) -> NDArray[np.bool_] | None:
         """Tell which rows have an error, or are outside where that is one; None: none has."""
-        raises = self.outside == "raise" and any(found.counts[:3])
-        if found.codes is None or not (found.bad or raises):
+        raises = self.outside == "raise" and any(report.counts[:3])
+        if report.codes is None or not (report.bad or raises):
             return None
-        refused: NDArray[np.bool_] = found.codes < 0
-        return refused | ((found.codes & _OUTSIDE) != 0) if raises else refused
+        refused: NDArray[np.bool_] = report.codes < 0
+        return refused | ((report.codes & _OUTSIDE) != 0) if raises else refused
 
-    def _refuse(self, call: Call, found: Found) -> None:
+    def _refuse(self, call: Call, report: Report) -> None:
         """Raise the `InputError` of the first row of a call that is refused."""
-        refused, codes = self._refused(found), found.codes
+        refused, codes = self._refused(report), report.codes
         if refused is not None and codes is not None:
             row = int(refused.argmax())
             if codes[row] < 0:
                 raise InputError(row_message(call, row, int(codes[row])))
             raise InputError(self._outside(call, row, int(codes[row])))
 
-    def _count(self, call: Call, found: Found, stacklevel: int) -> None:
+    def _count(self, call: Call, report: Report, stacklevel: int) -> None:
         """Count the flags of rows without errors; warn of each kind once, at the line that drew."""
-        if found.codes is None:
+        if report.codes is None:
             return
-        codes, numbers = found.codes, dict(zip(FLAGS, found.counts, strict=True))
+        codes, numbers = report.codes, dict(zip(FLAGS, report.counts, strict=True))
         for kind in self._counts.add(numbers):
             row = int(((codes > 0) & ((codes & FLAGS[kind]) != 0)).argmax())
             rows = f"{numbers[kind]} of the rows of this call"
             if kind == "extrapolated":
-                told = f"{self._extrapolated(call, row)} for {rows}"
+                line = f"{self._extrapolated(call, row)} for {rows}"
             else:
-                told = f"{self._outside(call, row, FLAGS[kind])}; {rows} took its nearest condition"
-            told += "; table.counts goes on counting, without further warnings"
-            warnings.warn(told, OutsideTableWarning, stacklevel=stacklevel)
+                line = f"{self._outside(call, row, FLAGS[kind])}; {rows} took its nearest condition"
+            line += "; table.counts goes on counting, without further warnings"
+            warnings.warn(line, OutsideTableWarning, stacklevel=stacklevel)
 
     def _outside(self, call: Call, row: int, code: int) -> str:
         """Say that a row lies outside the table."""
@@ -140,10 +140,10 @@ class Counting:
         if "velocity" in arrays:
             name = "omega" if kind == "spin" else "velocity"
         alpha1, speed, spin = _impact(call, row)
-        degrees = told_apart(math.degrees(alpha1), *covered.alpha_deg, digits=6)
-        given = f"{degrees} deg, {told_apart(speed, *covered.speed or (), digits=6)} m/s"
+        degrees = shown_apart(math.degrees(alpha1), *covered.alpha_deg, digits=6)
+        given = f"{degrees} deg, {shown_apart(speed, *covered.speed or (), digits=6)} m/s"
         if covered.spin is not None and not {"spin", "omega"}.isdisjoint(arrays):
-            given += f", spin {told_apart(spin, *covered.spin, digits=6)}"
+            given += f", spin {shown_apart(spin, *covered.spin, digits=6)}"
         if "roughness" in arrays:
             given += " or on a facet of its rough wall"
         elif kind == "spin" and covered.spin is not None and spin <= covered.spin[1]:
@@ -179,7 +179,7 @@ def row_message(call: Call, row: int, code: int) -> str:
         text = next(each.text for each in CODES if each.number == code)
         return f"{text}, at {call.place(row)}"
     numbers = np.atleast_1d(call.at(name, row))
-    values = ", ".join(told_apart(float(x), math.pi / 2.0) for x in numbers)
+    values = ", ".join(shown_apart(float(x), math.pi / 2.0) for x in numbers)
     return f"{name}: got {values} at {call.place(row)}, allowed: {said}"
 
 

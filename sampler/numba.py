@@ -130,7 +130,7 @@ def _function(
     """
     address = ctypes.cast(getattr(library(), symbol), ctypes.c_void_p).value
     llvmlite.binding.add_symbol(symbol, address)
-    found = types.Tuple(((returns,) if returns != types.void else ()) + (types.float64,) * count)
+    output = types.Tuple(((returns,) if returns != types.void else ()) + (types.float64,) * count)
 
     def typed(typingctx: Any, *given: Any) -> Any:
         for (name, what), kind in zip(arguments.items(), given, strict=True):
@@ -146,10 +146,10 @@ def _function(
             result = ir.VoidType() if returns == types.void else context.get_value_type(returns)
             kind = ir.FunctionType(result, [value.type for value in values])
             function = cgutils.get_or_insert_function(builder.module, kind, symbol)
-            results = [builder.call(function, values)][: len(found) - count]
-            return context.make_tuple(builder, found, results + [builder.load(at) for at in room])
+            results = [builder.call(function, values)][: len(output) - count]
+            return context.make_tuple(builder, output, results + [builder.load(at) for at in room])
 
-        return found(*given), emit
+        return output(*given), emit
 
     # numba takes the number and the names of the arguments from the signature
     kind = Parameter.POSITIONAL_OR_KEYWORD
@@ -206,21 +206,11 @@ def sample(
     ----------
     handle : int
         ``table.handle`` of a loaded table, which must live as long.
-    alpha1, speed : float
-        Impact angle from the wall, rad, in (0, pi/2]; impact speed V, m/s, above 0.
-    spin : tuple of three float, optional
-        Angular velocity before the impact times a/V, wall frame: then the law of spinning particles
-        is drawn from, also where the spin is zero. None: that of first impacts, of any grain.
+    alpha1, speed, spin, index, hit, seed
+        As for `sampler.Table.sample`, of one particle; `spin` is a tuple. Keys are required.
     grain : tuple of three float, optional
         Shape code, b/a and c/b, as of `grain`: then the law of spinning particles as well. None:
-        that of the particle.
-    index, hit : int
-        Identity of the particle, as uint64, and how many walls it has met before, as uint32.
-        Required, as are `seed` and `out`.
-    fresh : bool
-        Whether the particle has another grain at each hit.
-    seed : int
-        Of the run, as uint64.
+        that of the particle, or with `fresh` another one at each hit.
     out : float64 array, shape (n_columns,), written
         The state, with the columns of ``table.columns``; NaN on an error.
 
@@ -237,14 +227,14 @@ def sample(
     ValueError
         If `out` has not as many numbers as the table has columns.
     """
-    found = _sample(handle, alpha1, speed, spin, grain, index, hit, fresh, seed, out)
-    numbers = found[1:]
-    if found[0] != MISSING and out.size != _columns(handle, None)[0]:
+    result = _sample(handle, alpha1, speed, spin, grain, index, hit, fresh, seed, out)
+    numbers = result[1:]
+    if result[0] != MISSING and out.size != _columns(handle, None)[0]:
         raise ValueError("out: allowed: as many numbers as the table has columns")
     for k in range(10):  # a number that the compiler knows
         if k < out.size:
             out[k] = numbers[k]
-    return found[0]
+    return result[0]
 
 
 @numba.njit(nogil=True)
@@ -270,21 +260,11 @@ def rebound(
     ----------
     handle, grain, index, hit, seed
         As for `sample`.
-    velocity, normal : tuple of three float
-        Velocity of the particle at the contact, m/s; normal of the wall, of the mean of a rough
-        one, into the gas, of any length but zero.
-    half_size : float
-        Largest half-size a of the particle, 1e-9 to 0.1 m.
-    wall_velocity, omega : tuple of three float, optional
-        Velocity of the wall at the contact, m/s; angular velocity before the impact, rad/s. 0
-        if None.
-    roughness : float
-        Standard deviation of the tilt of facets, rad, 0 to 0.5.
+    velocity, normal, half_size, wall_velocity, omega, roughness, isotropic
+        As for `sampler.Table.rebound`, of one particle; vectors are tuples.
     fresh : bool
         Whether the particle has another grain at each hit; from a smooth wall without `omega` and
         `grain` the law of first impacts, the only one of a table without a spin law.
-    isotropic : bool
-        Whether facets are tilted across the plane of incidence as well.
     out : float64 array, shape (6,) or (8,), written
         Velocity, m/s, angular velocity, rad/s, and in 8 the energies that impulses along the normal
         and along the wall take, J for each kg of the particle; NaN on an error.
@@ -295,14 +275,14 @@ def rebound(
         As `sample`, with the flags of any bounce from a rough wall.
     """
     how = wall_velocity, omega, roughness, grain, index, hit, fresh, isotropic, seed
-    found = _rebound(handle, velocity, normal, half_size, *how, out)
-    numbers = found[1:]
+    result = _rebound(handle, velocity, normal, half_size, *how, out)
+    numbers = result[1:]
     if out.size not in (6, 8):
         raise ValueError("out: allowed: 6 numbers, or 8 with works")
     for k in range(8):
         if k < out.size:
             out[k] = numbers[k]
-    return found[0]
+    return result[0]
 
 
 @numba.njit(nogil=True)

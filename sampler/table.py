@@ -26,7 +26,7 @@ from sampler.files import find_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.image import header_of, table_image
 from sampler.law import LawAtConditions
-from sampler.library import Found, OpenTable
+from sampler.library import OpenTable, Report
 from sampler.messages import Counting, Counts, Covered
 
 if TYPE_CHECKING:
@@ -203,8 +203,7 @@ class Table(LawAtConditions, Counting):
         size : int or tuple of int, optional
             With ``rng``: shape of the result without its last axis; that of the arrays if left out.
         threads : int, optional
-            Threads to use; by default as many as the number of draws is worth. The states do
-            not depend on it.
+            Threads to use, which change no state; by default as many as are worth their cost.
         out : float64 or float32 array, shape (..., n_columns), optional
             Where to write the states; left as it was if an input is refused.
 
@@ -224,22 +223,22 @@ class Table(LawAtConditions, Counting):
         given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
         call = self._call(given, grain, Keys(seed, index, hit, rng, size))
         check_written("out", out, (*call.shape, len(self.columns)), np.float64, np.float32)
-        count, found = as_threads(threads), None
+        count, report = as_threads(threads), None
         if (
             out is not None
             and out.dtype == np.float64
             and out.flags.c_contiguous
             and not any(np.may_share_memory(out, values) for values in call.rows.arrays.values())
         ):
-            states, found = out, self._drawn(call, None, count)
-            self._refuse(call, found)  # before anything is written
+            states, report = out, self._drawn(call, None, count)
+            self._refuse(call, report)  # before anything is written
         else:
             states = np.empty((*call.shape, len(self.columns)))
-        found = self._drawn(call, states.reshape(call.rows.n, len(self.columns)), count, found)
-        self._refuse(call, found)
+        report = self._drawn(call, states.reshape(call.rows.n, len(self.columns)), count, report)
+        self._refuse(call, report)
         if out is not None and out is not states:
             out[...] = states
-        self._count(call, found, 3)
+        self._count(call, report, 3)
         return states if out is None else out
 
     def rebound(
@@ -317,21 +316,21 @@ class Table(LawAtConditions, Counting):
         if works is not None:
             results["works"] = np.empty((call.rows.n, 2))
         count = as_threads(threads)
-        found = library.rebound(self._table, call.rows, results, count, isotropic)
-        found = self._with_misfits(call, found)
+        report = library.rebound(self._table, call.rows, results, count, isotropic)
+        report = self._with_misfits(call, report)
         if codes is None:
-            self._refuse(call, found)
+            self._refuse(call, report)
         else:
-            codes[...] = errors.OK if found.codes is None else found.codes.reshape(call.shape)
-            refused = self._refused(found)
-            if refused is not None and found.codes is not None:
+            codes[...] = errors.OK if report.codes is None else report.codes.reshape(call.shape)
+            refused = self._refused(report)
+            if refused is not None and report.codes is not None:
                 for values in results.values():
                     values[refused] = np.nan
                 # what is not drawn is not counted
-                found = Found.of(np.where(refused, errors.OK, found.codes))
+                report = Report.of(np.where(refused, errors.OK, report.codes))
         if works is not None:
             works[...] = results["works"].reshape(works.shape)
-        self._count(call, found, 3)
+        self._count(call, report, 3)
         return Rebound(*(results[name].reshape(*call.shape, 3) for name in ("velocity", "omega")))
 
     def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
@@ -356,8 +355,8 @@ class Table(LawAtConditions, Counting):
         if not self.has_spin:
             raise InputError("grains: this table has no spin law, hence no grains")
         shape, rows = broadcast({}, Keys(seed, index))
-        found = library.grains(self._table, rows.seed, rows.arrays["index"], rows.n)
-        return found.reshape(*shape, 3)
+        index = rows.arrays["index"]
+        return library.grains(self._table, rows.seed, index, rows.n).reshape(*shape, 3)
 
     def mean_half_size(self, diameter: ArrayLike) -> NDArray[np.float64]:
         """Compute the mean of `sampler.half_size` over the population, m, from diameters, m.
@@ -370,10 +369,10 @@ class Table(LawAtConditions, Counting):
         return mean * as_positive("diameter", diameter)
 
     def to_device(self, dtype: Literal["float64", "float32"] = "float64") -> "DeviceTable":
-        """Copy the table to a GPU, for draws from and to arrays that live there.
+        """Copy the table to the GPU that is current for CuPy, to draw from arrays that live there.
 
-        Needs CuPy (``pip install 'rebound-tables[cuda]'``) and a GPU. The device is the one that is
-        current for CuPy.
+        Needs CuPy (``pip install 'rebound-tables[cuda]'``) and a GPU; raises `InputError` where one
+        is missing.
 
         Parameters
         ----------
@@ -385,11 +384,6 @@ class Table(LawAtConditions, Counting):
         -------
         DeviceTable
             Its `sample` and `rebound` give the states of this table for equal keys.
-
-        Raises
-        ------
-        InputError
-            If CuPy or a GPU is missing; says what to install.
         """
         from sampler.device.device_table import DeviceTable
 
@@ -420,25 +414,25 @@ class Table(LawAtConditions, Counting):
         call: Call,
         states: NDArray[np.float64] | None,
         threads: int | None,
-        found: Found | None = None,
-    ) -> Found:
+        report: Report | None = None,
+    ) -> Report:
         """Draw states, or find the codes alone."""
-        drawn = library.sample(self._table, call.rows, states, threads, found)
-        return drawn if found else self._with_misfits(call, drawn)
+        drawn = library.sample(self._table, call.rows, states, threads, report)
+        return drawn if report else self._with_misfits(call, drawn)
 
-    def _with_misfits(self, call: Call, found: Found) -> Found:
+    def _with_misfits(self, call: Call, report: Report) -> Report:
         """Give codes with those of given grains that were not simulated, which C does not know."""
         given = call.rows.arrays.get("grain")
         if given is None:
-            return found
+            return report
         ratios, kinds = self._small["spin/ratio_range"], self._small["spin/shape_codes"]
         inside = (given[:, None, 1:] >= ratios[..., 0]) & (given[:, None, 1:] <= ratios[..., 1])
         misfit = ~((given[:, :1] == kinds) & inside.all(axis=2)).any(axis=1)
         if not misfit.any():
-            return found
-        codes = np.zeros(call.rows.n, np.intc) if found.codes is None else found.codes
+            return report
+        codes = np.zeros(call.rows.n, np.intc) if report.codes is None else report.codes
         codes[(codes >= errors.OK) & misfit] = errors.GRAIN_NOT_KNOWN
-        return Found.of(codes)
+        return Report.of(codes)
 
 
 def _kept_beside(contents: TableContents) -> dict[str, NDArray[Any]]:

@@ -45,10 +45,10 @@ def _by_rows(function: str, *tail: int, dtype: Any = np.float64, **given: ArrayL
         np.ascontiguousarray(np.broadcast_to(array, shape + tails[name]))
         for name, array in arrays.items()
     ]
-    found = np.empty((*shape, *tail), dtype)
-    addresses = (array.ctypes.data for array in (*rows, found))
+    results = np.empty((*shape, *tail), dtype)
+    addresses = (array.ctypes.data for array in (*rows, results))
     getattr(library(), function)(math.prod(shape), *addresses)
-    return found
+    return results
 
 
 def gas_torque(
@@ -240,13 +240,7 @@ def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike)
     Returns
     -------
     float64 array, shape (...)
-        rad.
-
-    Raises
-    ------
-    InputError
-        If a length is not finite or not allowed, or the tilt of one of the particles is above
-        0.5 rad.
+        rad. Tilts above 0.5 are refused.
 
     Notes
     -----

@@ -1,10 +1,12 @@
 """First hits in flow codes: their conditions, states, and distances from direct simulation."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 import sampler
+from sampler.formats.image import write_binary_table
 from tablegen import load_config, simulate
 from tablegen.accuracy.metrics import correlations, ks_distances
 
@@ -70,6 +72,25 @@ def compare(states, condition, reference):
         distances(f"{np.degrees(alpha):.0f} deg, {speed} m/s", states[condition == k], reference[k])
         for k, (alpha, speed) in enumerate(CONDITIONS)
     ]
+
+
+def unfit_tables(path, contents):
+    """Binary tables beside a whole one, by name: missing, cut short, and without a spin law."""
+    tables = {name: path.with_name(f"{name}.rbt") for name in ("none", "short", "plain")}
+    tables["short"].write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    datasets = {path: x for path, x in contents.datasets.items() if not path.startswith("spin")}
+    write_binary_table(tables["plain"], replace(contents, datasets=datasets))
+    return tables
+
+
+def check_bins(found, face, alpha, speed, most):
+    """Histograms of faces, (faces, 20), by angle and by speed, have the hits on these faces."""
+    counts = np.zeros(found.shape)
+    np.add.at(counts, (face, np.digitize(np.degrees(alpha), np.arange(9, 90, 9))), 1.0)
+    np.add.at(counts, (face, 10 + np.digitize(speed, most * np.arange(1, 10) / 10)), 1.0)
+    for bins in (counts, found):
+        bins[:, 4] += bins[:, 5]  # many hits have 45 degrees, where the one ends
+    np.testing.assert_array_equal(*(np.delete(bins, 5, axis=1) for bins in (found, counts)))
 
 
 def print_rows(rows):

@@ -16,7 +16,7 @@ import numpy as np
 from bend import GROUPS, INNER, OUTER, SPEED, TURN, Impacts, by_place, draw_wall, print_wall
 from matplotlib.colors import LogNorm
 
-MODELS, WALLS = ("spheres", "table without spin", "table"), ("outer", "inner", "sides")
+MODELS, WALLS = ("sphere", "table without spin", "table"), ("outer", "inner", "sides")
 CENTRE = 0.2  # the bend turns about (0, CENTRE), from x to y, m
 FACES = 20  # of the mesh along the bend
 BEGIN, END = 0.008, 0.014  # times of counted impacts, when the duct is full, s

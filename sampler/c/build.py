@@ -26,10 +26,10 @@ LIBRARY = HERE.parent / "librebound.so"
 
 #: Sections of the header, in their order.
 SECTIONS = (
-    *("public", "prelude", "words", "nodes", "sphere", "grains", "spin", "experts", "outcomes"),
+    *("public", "prelude", "words", "nodes", "sphere", "grains"),
+    *("spin", "conditions", "experts", "outcomes", "spin_draw"),
     *("sample", "frame", "rough", "rebound", "checksum", "layout", "check", "read", "open"),
-    *("queries", "gas"),
-    "end",
+    *("queries", "gas", "end"),
 )
 
 #: No product is fused with a sum, which keeps the bits; nobody reads errno or floating-point traps.

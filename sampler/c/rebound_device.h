@@ -144,42 +144,34 @@ RBT_KERNEL rbt_spin_sample_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n
     rbti_sample_rows(&table, n, &of, 1, seed, states, codes, flagged);
 }
 
-/* Rebound n rows. */
-RBTI_PART void rbti_rebound_rows(const rbt_table *table, unsigned long long n,
-                                 const rbt_device_impacts *of, uint64_t seed, RBT_REAL *velocity,
-                                 RBT_REAL *omega, RBT_REAL *works, int *codes, int *flagged)
-{
-    const uint32_t one = of->single;
-    RBT_EACH_ROW(k, n) {
-        double vectors[5][3], half_size, roughness, after[3], turning[3], work[2];
-        const uint64_t index = of->index[rbti_row(one, 7, k)];
-        const uint32_t hit = of->hit[rbti_row(one, 8, k)];
-        const rbt_impacts impact = {
-            rbti_load(of->velocity, 3, rbti_row(one, 0, k), vectors[0]),
-            rbti_load(of->normal, 3, rbti_row(one, 1, k), vectors[1]),
-            rbti_load(of->half_size, 1, rbti_row(one, 2, k), &half_size),
-            rbti_load(of->wall_velocity, 3, rbti_row(one, 3, k), vectors[2]),
-            rbti_load(of->omega, 3, rbti_row(one, 4, k), vectors[3]),
-            rbti_load(of->roughness, 1, rbti_row(one, 5, k), &roughness),
-            rbti_load(of->grain, 3, rbti_row(one, 6, k), vectors[4]),
-            &index, &hit, of->fresh, of->isotropic};
-        const rbt_rebounds found = {after, turning, works ? work : (double *)0, (int *)0, 0, 0, {0}};
-        codes[k] = rbti_rebound_row(table, &impact, 0, seed, &found);
-        rbti_store(after, 3, k, velocity);
-        rbti_store(turning, 3, k, omega);
-        rbti_store(work, 2, k, works);
-        if (codes[k] != RBT_OK)
-            *flagged = 1;
-    }
-}
-
 /* Rebound particles; results may be the arrays of the impacts where no row stands for all, and `works`
    NULL. */
 RBT_KERNEL rbt_rebound_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
                               const rbt_device_impacts of, uint64_t seed, RBT_REAL *velocity,
                               RBT_REAL *omega, RBT_REAL *works, int *codes, int *flagged)
 {
-    rbti_rebound_rows(&table, n, &of, seed, velocity, omega, works, codes, flagged);
+    const uint32_t one = of.single;
+    RBT_EACH_ROW(k, n) {
+        double vectors[5][3], half_size, roughness, after[3], turning[3], work[2];
+        const uint64_t index = of.index[rbti_row(one, 7, k)];
+        const uint32_t hit = of.hit[rbti_row(one, 8, k)];
+        const rbt_impacts impact = {
+            rbti_load(of.velocity, 3, rbti_row(one, 0, k), vectors[0]),
+            rbti_load(of.normal, 3, rbti_row(one, 1, k), vectors[1]),
+            rbti_load(of.half_size, 1, rbti_row(one, 2, k), &half_size),
+            rbti_load(of.wall_velocity, 3, rbti_row(one, 3, k), vectors[2]),
+            rbti_load(of.omega, 3, rbti_row(one, 4, k), vectors[3]),
+            rbti_load(of.roughness, 1, rbti_row(one, 5, k), &roughness),
+            rbti_load(of.grain, 3, rbti_row(one, 6, k), vectors[4]),
+            &index, &hit, of.fresh, of.isotropic};
+        const rbt_rebounds out = {after, turning, works ? work : (double *)0, (int *)0, 0, 0, {0}};
+        codes[k] = rbti_rebound_row(&table, &impact, 0, seed, &out);
+        rbti_store(after, 3, k, velocity);
+        rbti_store(turning, 3, k, omega);
+        rbti_store(work, 2, k, works);
+        if (codes[k] != RBT_OK)
+            *flagged = 1;
+    }
 }
 
 /* -- tables --------------------------------------------------------------------------------------- */

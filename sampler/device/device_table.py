@@ -8,7 +8,7 @@ from sampler.arguments import Keys, Rebound, as_isotropic, broadcast
 from sampler.device import program
 from sampler.errors import refuse
 from sampler.formats.image import Image
-from sampler.library import Found
+from sampler.library import Report
 from sampler.messages import Counting, Counts
 
 #: Threads of a block, and most blocks for each multiprocessor: larger arrays are taken in turns.
@@ -76,24 +76,9 @@ class DeviceTable(Counting):
         index: Any = None,
         hit: Any = None,
     ) -> Any:
-        """Draw rebound states.
+        """Draw rebound states, as `Table.sample`, of arrays of CuPy or what numpy takes.
 
-        Parameters
-        ----------
-        alpha1, speed, spin, seed, index, hit
-            As for `Table.sample`: arrays of CuPy, or what numpy takes; all broadcast.
-        grain : {"own", "fresh"}
-            As for `Table.sample`; no grains can be given.
-
-        Returns
-        -------
-        cupy.ndarray, shape (..., n_columns)
-            As `Table.sample`, of the type `dtype`.
-
-        Raises
-        ------
-        InputError
-            As `Table.sample`.
+        No grains can be given. Returns a cupy.ndarray, shape (..., n_columns), of the type `dtype`.
         """
         arguments = {"alpha1": alpha1, "speed": speed, "spin": spin}
         call = self._call(arguments, "spin", grain, Keys(seed, index, hit))
@@ -118,21 +103,9 @@ class DeviceTable(Counting):
         isotropic: bool = False,
         works: Any = None,
     ) -> Rebound:
-        """Rebound particles from a wall, in the lab frame.
+        """Rebound particles from a wall, as `Table.rebound`; arrays and `grain` as for `sample`.
 
-        Parameters
-        ----------
-        velocity, normal, half_size, omega, wall_velocity, roughness, isotropic
-            As for `Table.rebound`; arrays as for `sample`.
-        grain, seed, index, hit
-            As for `sample`.
-        works : cupy.ndarray, shape (..., 2), written, optional
-            As for `Table.rebound`.
-
-        Returns
-        -------
-        Rebound
-            ``velocity, omega``: cupy.ndarray, shape (..., 3), of the type `dtype`.
+        Returns ``velocity, omega``: cupy.ndarray, shape (..., 3), of the type `dtype`.
         """
         isotropic = as_isotropic(isotropic, roughness)
         if works is not None and "work_normal" not in self.columns:
@@ -158,8 +131,8 @@ class DeviceTable(Counting):
             made = self._cupy.zeros(_MOST_BYTES, np.uint8)
             arguments = self._image, np.uint64(self._image.size), made
             self._module.get_function("rbt_table_kernel")((1,), (1,), arguments)
-            found = self._cupy.asnumpy(made)
-        return found[8 : 8 + int(found[:8].view(np.uint64)[0])].copy()
+            bytes_ = self._cupy.asnumpy(made)
+        return bytes_[8 : 8 + int(bytes_[:8].view(np.uint64)[0])].copy()
 
     def _call(
         self, arguments: dict[str, Any], name: str, grain: Any, keys: Keys
@@ -197,6 +170,6 @@ class DeviceTable(Counting):
             self._module.get_function(kernel)((blocks,), (_THREADS,), arguments)
             if not flagged.item():
                 return
-            found = Found.of(self._cupy.asnumpy(codes))
-        self._refuse(call, found)
-        self._count(call, found, 4)
+            report = Report.of(self._cupy.asnumpy(codes))
+        self._refuse(call, report)
+        self._count(call, report, 4)

@@ -93,5 +93,5 @@ class DeviceCall(Call):
     def at(self, name: str, row: int) -> Any:
         """Give an argument of a row, on the host."""
         values = self.rows.arrays[name]
-        found = values[row if len(values) > 1 else 0].get()
-        return found if name == "index" else found.astype(np.float64)
+        numbers = values[row if len(values) > 1 else 0].get()
+        return numbers if name == "index" else numbers.astype(np.float64)

@@ -22,7 +22,7 @@ from sampler.formats.bounds import (
 )
 from sampler.formats.channels import MOST_NAMES
 
-#: Begins every file; its line ends tell of a transfer as text, its first byte of seven bits.
+#: Begins every file; its line ends show a transfer as text, its first byte one of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
 #: Major and minor version of the format. A reader takes any minor version of its major version.
 BINARY_VERSION = (2, 0)

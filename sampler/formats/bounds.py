@@ -79,7 +79,7 @@ def is_text(text: str) -> bool:
 
 
 #: Least and largest speed, m/s, of a table whose rebounds do not depend on the speed. They are not
-#: the limits of the numbers, which compilers may take for granted.
+#: the limits of the type: compilers may drop a comparison with these.
 ANY_SPEED = (1e-300, 1e300)
 
 #: Relative rounding of a unit conversion: a smaller excess is no excess.
@@ -114,14 +114,17 @@ ORIENTATION, CONSTANT_RESISTANCE, TABULATED_RESISTANCE, COULOMB = range(4)
 # Two more are for the works: a, whose sixth power is the share of the normal one, and b, the share
 # of both in what is left of f^2. Being last they can be cut off.
 
-#: Conditions: sqrt(alpha1), the speed's coordinate, and the three components of a Omega / V_e.
-N_CONDITIONS = 5
-#: Conditions and the ratios b/a and c/b.
-N_INPUTS = N_CONDITIONS + 2
+OUTCOMES = ("p_u", "p_v", "p_w", "omega_x", "omega_y", "omega_z", "a", "b")
+#: sqrt(alpha1), the speed's coordinate, and the three components of a Omega / V_e.
+CONDITIONS = ("root_angle", "speed", "sigma_x", "sigma_y", "sigma_z")
+N_CONDITIONS = len(CONDITIONS)
+#: Ratios of a grain.
+RATIOS = ("b_a", "c_b")
+N_INPUTS = N_CONDITIONS + len(RATIOS)
 #: 1, the inputs, and the products of two conditions.
 N_FEATURES = 1 + N_INPUTS + N_CONDITIONS * (N_CONDITIONS + 1) // 2
 N_OUTCOMES = 6
-N_OUTCOMES_WITH_WORKS = 8
+N_OUTCOMES_WITH_WORKS = len(OUTCOMES)
 
 #: Largest moment of inertia of a body of mass 1 and half-size 1, and so the weight of the spin in
 #: the effective speed V_e = V sqrt(1 + INERTIA |spin|^2): no particle can leave faster.

@@ -132,9 +132,9 @@ def node_index(path: str, span: str) -> Check:
         steps = np.linspace(ends[0], ends[1], values.size)
         expected = np.rint(np.interp(nodes[0], steps, values)) + np.arange(nodes.size)
         for factor in (1.0 - ROUNDING, 1.0 + ROUNDING):
-            found = np.interp(nodes * factor, steps, values)
-            refused = np.abs(found - expected) > NUMBER_ROUNDING
-            wrong = wrong or first_refused(found, refused, "the number of the node")
+            numbers = np.interp(nodes * factor, steps, values)
+            refused = np.abs(numbers - expected) > NUMBER_ROUNDING
+            wrong = wrong or first_refused(numbers, refused, "the number of the node")
         return wrong
 
     allowed = f"growing, from 0 to {MOST_NUMBER:g}, whole at every node within {NUMBER_ROUNDING:g}"
@@ -163,18 +163,19 @@ def _class_starts(values: Array, datasets: Mapping[str, Array]) -> str | None:
 class_starts = Check("from 0, non-decreasing, at most n_components", _class_starts)
 
 
-def _positive_diagonal(values: Array, datasets: Mapping[str, Array]) -> str | None:
-    """As many factors as the channels need (lower triangles, rows packed); diagonals positive."""
-    channels = datasets["dependence/mean"].shape[-1]
-    needed = channels * (channels + 1) // 2
-    if values.shape[-1] != needed:
-        return f"got {values.shape[-1]} factors, allowed: {needed} for {channels} channels"
-    diagonal = values[..., [row * (row + 3) // 2 for row in range(channels)]]
-    problem = first_refused(diagonal, diagonal <= 0, "positive")
-    return None if problem is None else f"diagonals: {problem}"
+def positive_diagonals_of(path: str) -> Check:
+    """Check for lower triangles, rows packed, of as many rows as a dataset has columns."""
 
+    def problem(values: Array, datasets: Mapping[str, Array]) -> str | None:
+        rows = datasets[path].shape[-1]
+        needed = rows * (rows + 1) // 2
+        if values.shape[-1] != needed:
+            return f"got {values.shape[-1]} factors, allowed: {needed} for {rows} rows"
+        diagonal = values[..., [row * (row + 3) // 2 for row in range(rows)]]
+        wrong = first_refused(diagonal, diagonal <= 0, "positive")
+        return None if wrong is None else f"diagonals: {wrong}"
 
-positive_diagonal = Check("positive on diagonals", _positive_diagonal)
+    return Check("positive on diagonals", problem)
 
 
 # -- values of the spin law
@@ -190,7 +191,7 @@ spin_adds_up = Check("of sum 1", _spin_adds_up)
 
 
 def _spin_aspect_law(values: Array, _: Mapping[str, Array]) -> str | None:
-    """Refuse normal laws whose ratios could be no numbers."""
+    """Refuse normal laws that could give ratios that are no numbers."""
     mean, deviation, low, high = values.T
     problem = first_refused(mean, np.abs(mean) > 100.0, "from -100 to 100")
     problem = problem or first_refused(deviation, (deviation < 0) | (deviation > 100), "0 to 100")
@@ -222,17 +223,6 @@ def _spin_children(values: Array, datasets: Mapping[str, Array]) -> str | None:
 
 
 spin_children = Check("a later node, or -1 - leaf", _spin_children)
-
-
-def _spin_positive_diagonal(values: Array, datasets: Mapping[str, Array]) -> str | None:
-    """Diagonals of the factors are positive."""
-    outcomes = datasets["spin/mean"].shape[-1]
-    diagonal = values[..., [row * (row + 3) // 2 for row in range(outcomes)]]
-    problem = first_refused(diagonal, diagonal <= 0, "positive")
-    return None if problem is None else f"diagonals: {problem}"
-
-
-spin_positive_diagonal = Check("positive on diagonals", _spin_positive_diagonal)
 
 
 def _spin_leaves_the_wall(values: Array, datasets: Mapping[str, Array]) -> str | None:
@@ -289,4 +279,4 @@ def _contact_laws(values: Array, _: Mapping[str, Array]) -> str | None:
     return None
 
 
-contact_laws = Check("laws and tables as told", _contact_laws)
+contact_laws = Check("laws that are known, and their tables", _contact_laws)

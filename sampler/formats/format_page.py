@@ -41,16 +41,6 @@ def _list_of(datasets: Iterable[Dataset]) -> str:
     return "\n".join(head + [_row(dataset) for dataset in datasets]) + "\n"
 
 
-def datasets_text() -> str:
-    """Datasets of every table file as a Markdown table."""
-    return _list_of(DATASETS)
-
-
-def spin_text() -> str:
-    """Datasets of the spin law and of spheres as a Markdown table."""
-    return _list_of(SPIN_DATASETS + LAW_DATASETS + SPHERE_DATASETS)
-
-
 def quantiles_text() -> str:
     """Bounds of the quantiles of each channel as an indented block."""
     return "".join(f"    {name} ({low:g}, {high:g})\n" for name, (low, high) in QUANTILES.items())
@@ -67,27 +57,10 @@ def attributes_text() -> str:
 def filled(
     text: str, name: str, parts: Mapping[str, Callable[[], str]], mark: str = "<!-- {} {} -->"
 ) -> str:
-    """Replace the marked parts of a text.
+    """Replace the parts of a text by what makes them; `name` is that of its file.
 
-    Parameters
-    ----------
-    text : str
-        With a line ``<!-- begin PART -->`` and a line ``<!-- end PART -->`` around each part.
-    name : str
-        File name, for the error.
-    parts : mapping
-        What makes each part.
-    mark : str
-        Form of the two lines.
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    InputError
-        If a part is not marked exactly once.
+    Each is between a line ``<!-- begin PART -->`` and a line ``<!-- end PART -->``, or of the form
+    `mark`; raises `InputError` if a part is not marked exactly once.
     """
     for part, made in parts.items():
         begin, end = (mark.format(word, part) + "\n" for word in ("begin", "end"))
@@ -104,8 +77,8 @@ def filled_page(page: str) -> str:
     """Bring the marked parts of the page up to date; errors as `filled`."""
     parts = {
         "attributes": attributes_text,
-        "datasets": datasets_text,
-        "spin": spin_text,
+        "datasets": lambda: _list_of(DATASETS),
+        "spin": lambda: _list_of(SPIN_DATASETS + LAW_DATASETS + SPHERE_DATASETS),
         "quantiles": quantiles_text,
         "binary": layout_text,
     }

@@ -30,7 +30,6 @@ from sampler.formats.channels import (
     FIRST_MIRRORED,
     MOST_NAMES,
     VARIABLES,
-    channels_for,
 )
 from sampler.formats.format_page import filled
 from sampler.version import __version__
@@ -120,6 +119,14 @@ def spin_constants() -> str:
             for name in ("GATE_UNIT", "MEAN_UNIT", "FACTOR_UNIT")
         ),
         *(f"#define RBTI_{name} {getattr(bounds, name)}" for name in _LAWS),
+        "/* rows of a draw: inputs, with the squared spin that trees compare, and outcomes */",
+        *_enumeration(
+            [
+                f"RBTI_IN_{name.upper()}"
+                for name in (*bounds.CONDITIONS, "square", *bounds.RATIOS, "rows")
+            ]
+        ),
+        *_enumeration([f"RBTI_OUT_{name.upper()}" for name in bounds.OUTCOMES]),
     ]
     return "\n".join(lines) + "\n"
 
@@ -137,10 +144,6 @@ _DIMENSIONS = {
 def checked_constants() -> str:
     """Write what the reader checks a file against: limits and extents of arrays, as macros."""
     magic = "".join(f"\\{byte:03o}" for byte in MAGIC)
-    needs = ", ".join(
-        f"0x{sum(1 << CHANNELS.index(c) for c in channels_for([variable])):02x}"
-        for variable in VARIABLES
-    )
     low, high = bounds.ANY_SPEED
     lines = [
         f'#define RBTI_MAGIC "{magic}"',
@@ -150,9 +153,6 @@ def checked_constants() -> str:
         f"#define RBTI_SPHERES {SPHERES}u",
         f"#define RBTI_FIRST_MIRRORED {FIRST_MIRRORED}",
         f"#define RBTI_END_MIRRORED {END_MIRRORED}",
-        "/* channels (bits) from which each variable is made */",
-        f"#define RBTI_NEEDS {{{needs}}}",
-        f"#define RBTI_NORMAL_HAT {1 << CHANNELS.index('normal_hat'):#x}",
         f"#define RBTI_LEAST_ANY_SPEED {low!r}",
         f"#define RBTI_MOST_ANY_SPEED {high!r}",
         f"#define RBTI_MOST_NUMBER {bounds.MOST_NUMBER!r} /* of a node */",

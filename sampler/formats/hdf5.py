@@ -187,14 +187,14 @@ class TableContents:
     def _lengths(self) -> dict[str, tuple[int, str]]:
         """Lengths that follow from the names, and why."""
         outcomes = N_OUTCOMES_WITH_WORKS if has_works(self.variables) else N_OUTCOMES
-        found = {
+        lengths = {
             "n_columns": (len(self.variables), "one for each name"),
             "n_channels": (len(self.channels), "one for each name"),
             "n_marginals": (len(self.marginals), "one for each name"),
             "n_outcomes": (outcomes, "8 with works, else 6"),
             "n_spin_factors": (outcomes * (outcomes + 1) // 2, "lower triangles"),
         }
-        return found | ({"n_shapes": (1, "the sphere")} if self.of_spheres else {})
+        return lengths | ({"n_shapes": (1, "the sphere")} if self.of_spheres else {})
 
     def __getitem__(self, path: str) -> Array:
         return self.datasets[path]
@@ -396,19 +396,19 @@ def _plain(value: Any) -> Any:
 
 def _read_datasets(file: h5py.File) -> dict[str, Array]:
     """Read all datasets; those of a later minor version count in the checksum."""
-    found: dict[str, h5py.Dataset] = {}
+    nodes: dict[str, h5py.Dataset] = {}
 
     def keep(path: str, node: Any) -> None:
         if isinstance(node, h5py.Dataset):
-            found[path] = node
+            nodes[path] = node
 
     file.visititems(keep)
-    check_shapes({path: node.shape for path, node in found.items()})
-    for known in layout_of(found):
-        node, allowed = found[known.path], np.dtype(known.dtype)
+    check_shapes({path: node.shape for path, node in nodes.items()})
+    for known in layout_of(nodes):
+        node, allowed = nodes[known.path], np.dtype(known.dtype)
         if node.dtype.str != known.dtype:
             order = "big-endian " if node.dtype.str[0] == ">" else ""
             got = f"{order}{node.dtype.name}"
             raise TableError(f"{known.path}: got {got}, allowed: {allowed.name}")
         _check_units(known.path, _plain(node.attrs.get("units")), known.units)
-    return {path: node[()] for path, node in found.items()}
+    return {path: node[()] for path, node in nodes.items()}

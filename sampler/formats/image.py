@@ -366,18 +366,10 @@ def _spin_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
 
 
 def expert_records(mean: NDArray[np.int16], factor: NDArray[np.int16]) -> NDArray[np.int16]:
-    """Put means and factors of each expert side by side.
+    """Put means and factors of each expert side by side, with eight zeros behind the last one.
 
-    Parameters
-    ----------
-    mean : int16 array, shape (..., N_FEATURES, n_outcomes)
-    factor : int16 array, shape (..., n_outcomes (n_outcomes + 1) / 2)
-        Rows packed.
-
-    Returns
-    -------
-    int16 array, flat
-        Records of `expert_stride` numbers, and eight zeros: a draw reads eight numbers at once.
+    `mean` has the shape (..., N_FEATURES, n_outcomes), `factor` (..., number of factors), rows
+    packed; the result is flat, records of `expert_stride` numbers. A draw reads eight at once.
     """
     outcomes, factors = mean.shape[-1], factor.shape[-1]
     count, stride = factor.size // factors, expert_stride(outcomes)

@@ -136,7 +136,7 @@ DATASETS = (
     Dataset("dependence/cholesky", "<i2", (*_NODES, "n_components", "n_factors"),
         f"1/{MIXTURE_SCALE}",
         "lower-triangular factors of the covariances, rows packed: L00, L10, L11, L20, ...",
-        (checks.positive_diagonal,), compressed=True),
+        (checks.positive_diagonals_of("dependence/mean"),), compressed=True),
     Dataset("accuracy/alpha_deg", "<f8", ("n_conditions",), "degree",
         "impact angle of the conditions where the accuracy was measured",
         (checks.within(*ALPHA_DEG),)),
@@ -203,7 +203,7 @@ SPIN_DATASETS = (
         compressed=True),
     Dataset("spin/factor", "<i2", (*_EXPERTS, "n_spin_factors"), f"1/{FACTOR_UNIT}",
         "lower-triangular factors of the scores' covariances, rows packed: L00, L10, L11, ...",
-        (checks.spin_positive_diagonal,), compressed=True),
+        (checks.positive_diagonals_of("spin/mean"),), compressed=True),
     Dataset("spin/quantiles", "<f4", ("n_leaves", "n_outcomes", "n_spin_knots"), "1",
         "outcomes p_u, p_v, p_w, omega_x, omega_y, omega_z, and of a law with works a and b of "
         "both, at equal steps of the bounded score, "

@@ -43,7 +43,7 @@ copy_case gas
 mv "$bend/gas/system/controlDict.gas" "$bend/gas/system/controlDict"
 foam gas simpleFoam
 gas="$(printf '%s\n' "$bend"/gas/[1-9]* | sort -V | tail -n 1)"
-fly spheres standardWallInteraction no
+fly sphere standardWallInteraction no
 fly table-without-spin tabulatedRebound no
 fly table tabulatedRebound yes
 "$python" "$HERE/../../docs/examples/openfoam_bend.py" "$FOLDER" --figure "$bend/bend.png"

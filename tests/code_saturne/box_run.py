@@ -60,9 +60,9 @@ def read_hits(folder):
 
 
 def read_faces(folder):
-    """Centres of the boundary faces (n, 3), and their sums (n, 8)."""
-    parts = [np.fromfile(path).reshape(-1, 11) for path in sorted(folder.glob("faces.*.bin"))]
-    return np.hsplit(np.concatenate(parts), [3])
+    """Centres of the boundary faces (n, 3), their sums (n, 8) and histograms (n, 20)."""
+    parts = [np.fromfile(path).reshape(-1, 31) for path in sorted(folder.glob("faces.*.bin"))]
+    return np.hsplit(np.concatenate(parts), [3, 11])
 
 
 def places(folder):

@@ -175,31 +175,3 @@ def test_what_is_missing_is_an_error_and_nothing_is_written(library):
     assert [library.rbt_components(None, None), library.rbt_has_spin_law(None)] == [0, 0]
     assert (library.rbt_covered(None, None), library.rbt_pair(None)) == (-1, b"")
     assert library.rbt_mean_half_size(None, 1.0) == 0.0
-
-
-def test_grains(library):
-    """Kept from hit to hit; with hits, another one at each."""
-    n = 300
-    index, hit = np.arange(n, dtype=np.uint64), np.full(n, 3, np.uint32)
-    kept_, fresh, one = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((1, 3))
-    with toolchain.opened(library, VECTORS / "spin.rbt") as table:
-        assert library.rbt_grains(table, n, SEED, index, None, kept_) == 0
-        assert library.rbt_grains(table, n, SEED, index, hit, fresh) == 0
-        assert library.rbt_grains(table, 1, SEED, index[7:], None, one) == 0
-    np.testing.assert_array_equal(one[0], kept_[7])
-    assert (fresh[:, 1] != kept_[:, 1]).any()
-    assert set(kept_[:, 0]) == {0.0, 4.0}
-
-
-def test_a_table_without_a_spin_law_refuses_spins_and_grains(library):
-    """Row by row; a rebound has to ask for fresh grains."""
-    with toolchain.opened(library, VECTORS / "full.rbt") as table:
-        for call, arrays in ((sample, conditions(40, "given")), (rebound, impacts(40, "nodes"))):
-            code, codes, found = call(library, table, arrays, "nodes")
-            assert code == -10
-            assert (codes == -10).all()
-            assert np.isnan(found).all()
-        assert rebound(library, table, impacts(40, "first"), "first")[0] >= 0
-        grain, index = np.full((1, 3), 7.0), np.zeros(1, np.uint64)
-        assert library.rbt_grains(table, 1, SEED, index, None, grain) == -10
-    assert (grain == 7.0).all()

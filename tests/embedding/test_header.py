@@ -1,13 +1,10 @@
 """The C header as programs use it: several files, codes and their texts, memory, older tables."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import toolchain
 from known_vectors import VECTORS
 
-import sampler
 from sampler.errors import CODES
 
 IMPLEMENTATION = toolchain.IMPLEMENTATION
@@ -85,19 +82,6 @@ def test_queries(library):
             assert covered[3].tolist() == valid
 
 
-def test_tilt_of_a_profile(library):
-    tilt = np.full(1, 7.0)
-    for lengths in ((2e-6, 3e-6, 2e-5, 1e-6), (2e-6, 3e-6, 2e-5, 1.0), (0.0, 0.0, 1.0, 1.0)):
-        assert library.rbt_wall_tilt(*lengths, tilt) == 0
-        assert tilt[0] == sampler.wall_tilt(*lengths)
-    tilt[0] = 7.0
-    for lengths in ((np.nan, 1.0, 9.0, 1.0), (1.0, 1.0, 9.0, np.inf)):
-        assert library.rbt_wall_tilt(*lengths, tilt) == -2
-    for lengths in ((-1.0, 1.0, 9.0, 1.0), (1.0, 1.0, 0.0, 1.0), (25.0, 1.0, 10.0, 5.0)):
-        assert library.rbt_wall_tilt(*lengths, tilt) == -7
-    assert tilt[0] == 7.0
-
-
 def test_memory_that_is_not_aligned(library):
     good, table = (VECTORS / "full.rbt").read_bytes(), toolchain.ctypes.c_void_p()
     data = np.zeros(len(good) + 128, np.uint8)
@@ -108,47 +92,3 @@ def test_memory_that_is_not_aligned(library):
         got = library.rbt_open_memory(place.ctypes.data, len(good), toolchain.ctypes.byref(table))
         assert got == code
         library.rbt_close(table)
-
-
-def test_a_table_that_was_read_is_not_the_file(tmp_path):
-    """Without memory maps a file may be cut short while it is open."""
-    (tmp_path / "library.c").write_text(IMPLEMENTATION)
-    library = toolchain.load_library(tmp_path / "library.c", ["-DRBT_NO_MMAP"])
-    path = tmp_path / "t.rbt"
-    path.write_bytes((VECTORS / "full.rbt").read_bytes())
-    states, alpha1, speed = np.zeros((2, 6)), np.full(1, 0.7), np.full(1, 100.0)
-    index, hit = np.ones(1, np.uint64), np.ones(1, np.uint32)
-    where = [array.ctypes.data for array in (alpha1, speed, index, hit)]
-    given = toolchain.Conditions(*where[:2], None, None, *where[2:])
-    with toolchain.opened(library, path) as table:
-        for state in states:
-            assert library.rbt_sample(table, 1, given, 5, state, None) == 0
-            path.write_bytes(bytes(100))
-    np.testing.assert_array_equal(*states)
-    assert toolchain.open_code(library, Path("/none"))[0] == -20
-
-
-WALL_F90 = """
-program wall
-  use, intrinsic :: iso_c_binding, only: c_double
-  use rebound_sampler
-  implicit none
-  type(rbt_table) :: table
-  real(c_double), parameter :: v(3) = [9, -1, 0], n(3) = [0, 2, 0], still(3) = 0
-  character(len=200) :: path
-  call get_command_argument(1, path)
-  if (rbt_open(path, table) /= RBT_OK) error stop "no table"
-  print *, rbt_half_size(2.0_c_double, [1.0_c_double, 0.8_c_double, 0.7_c_double])
-  print *, rbt_mean_half_size(table, 2.0_c_double)
-  print *, rbt_deposits(v, n, 1.01_c_double, still), rbt_deposits(v, n, 0.99_c_double, still)
-end program wall
-"""
-
-
-def test_fortran_knows_sizes_and_deposits(tmp_path):
-    (tmp_path / "wall.f90").write_text(WALL_F90)
-    program = toolchain.build_fortran([tmp_path / "wall.f90"], tmp_path)
-    found = [float(x) for x in toolchain.run(program, VECTORS / "spin.rbt").split()]
-    table = sampler.load(VECTORS / "spin.h5")
-    sizes = sampler.half_size(2.0, (1, 0.8, 0.7)), table.mean_half_size(2.0)
-    np.testing.assert_allclose(found, [*sizes, 1.0, 0.0], rtol=1e-14)

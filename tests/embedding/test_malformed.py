@@ -72,10 +72,8 @@ MALFORMED = {
         *(field(name, 1) for name in ("n_shapes", "n_leaves", "n_outcomes")),
     ],
     ("nodes", -29): [
-        field("pair", b"\x1b[2Jgold"),
         field("channels", [0, 1, 1, 2, 3, 4, -1, -1]),
         field("marginals", [0, 1, 2, 3, 4, 6, -1, -1]),
-        field("columns", [0, 1, 2, 3, 4, 7, -1, -1]),  # without its channels
         field("columns", [0, 1, 2, 3, 4, 10, -1, -1]),
     ],
     ("nodes", -30): [components_to_the_end, field("n_alpha", 60_000)],

@@ -1,4 +1,4 @@
-"""Each language's page begins with its tracker; all give the numbers of Python's."""
+"""Trackers in each language, with which most pages begin, give the numbers of Python's."""
 
 import os
 import re
@@ -20,7 +20,6 @@ TRACKERS = {
     "NUMBA.md": ROOT / "docs" / "examples" / "tracker_numba.py",
     "c/README.md": PACKAGE / "c" / "tracker.c",
     "fortran/README.md": PACKAGE / "fortran" / "tracker.f90",
-    "device/README.md": PACKAGE / "c" / "tracker.cu",
 }
 
 
@@ -88,7 +87,7 @@ def test_compiled(compiler, folder, expected):
     if compiler == "gfortran":
         program = toolchain.build_fortran([TRACKERS["fortran/README.md"]], folder, ["-O1"])
     elif compiler == "on host":
-        program = toolchain.build_on_host(TRACKERS["device/README.md"], folder / "kernel")
+        program = toolchain.build_on_host(PACKAGE / "c" / "tracker.cu", folder / "kernel")
     else:
         program = toolchain.build(compiler, [TRACKERS["c/README.md"]], folder / "strict")
     check(toolchain.run(program), expected)

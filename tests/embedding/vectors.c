@@ -1,8 +1,8 @@
-/* Known-answer vectors through the C header: vectors TABLE.rbt VECTORS.txt TOLERANCE
+/* Known-answer vectors through the C header: vectors TABLE.rbt CASES.txt TOLERANCE
 
    Compiled as C and as C++. A tolerance of 0 asks for the same bits from every draw; rebounds call
    atan2, cos and sin of the C library, and may differ in the last digits. Prints the number of
-   cases, or the first case that fails. The lines are those of tests/vectors/make_vectors.py. */
+   cases, or the first case that fails. The lines are those of write_cases in known_vectors.py. */
 
 #define REBOUND_SAMPLER_IMPLEMENTATION
 #include "rebound_sampler.h"
@@ -15,44 +15,33 @@
 #define SPIN_ROUNDING 1e-5
 
 typedef struct vector_case {
-    double given[14], expected[RBT_VALUES];
+    double given[11], spin[3], expected[RBT_VALUES];
     uint64_t seed, index;
     uint32_t hit;
     int code, draws, rough, spins;
 } vector_case;
 
-static int read_case(char *text, vector_case *c)
+static int read_reals(FILE *file, int n, double *numbers)
 {
-    static const struct {
-        const char *word;
-        int draws, rough, spins;
-    } kinds[] = {{"draw", 1, 0, 0},      {"rebound", 0, 0, 0},      {"rough-rebound", 0, 1, 0},
-                 {"spin-draw", 1, 0, 1}, {"spin-rebound", 0, 0, 1}, {"spin-rough", 0, 1, 1}};
-    char *end = strchr(text, ' ');
-    size_t kind = 0;
-    memset(c, 0, sizeof *c);
-    if (end == NULL)
+    int found = 0;
+    while (found < n && fscanf(file, "%lf", numbers + found) == 1)
+        found++;
+    return found == n;
+}
+
+/* The next case; 0 at the end. */
+static int read_case(FILE *file, vector_case *c)
+{
+    long long seed, index;
+    if (fscanf(file, "%d %d %d", &c->draws, &c->rough, &c->spins) != 3)
         return 0;
-    *end = 0;
-    while (kind < 6 && strcmp(text, kinds[kind].word) != 0)
-        kind++;
-    if (kind == 6)
-        return 0;
-    c->draws = kinds[kind].draws;
-    c->rough = kinds[kind].rough;
-    c->spins = kinds[kind].spins;
-    const int n = (c->draws ? 2 : 10) + c->rough + 3 * c->spins;
-    text = end + 1;
-    for (int k = 0; k < n; k++)
-        c->given[k] = strtod(text, &text);
-    c->seed = strtoull(text, &text, 10);
-    c->index = strtoull(text, &text, 10);
-    c->hit = (uint32_t)strtoull(text, &text, 10);
-    c->code = (int)strtol(text, &text, 10);
-    /* a table without the work of the impulses has 0 for it, and no numbers in the line */
-    for (int k = 0; k < RBT_VALUES && *text == ' '; k++)
-        c->expected[k] = strtod(text, &text);
-    return *text == '\n';
+    if (!read_reals(file, 11, c->given) || !read_reals(file, 3, c->spin) ||
+        fscanf(file, "%lld %lld %d %d", &seed, &index, (int *)&c->hit, &c->code) != 4 ||
+        !read_reals(file, RBT_VALUES, c->expected))
+        exit(4);
+    c->seed = (uint64_t)seed;
+    c->index = (uint64_t)index;
+    return 1;
 }
 
 /* Whether results are as expected, or NaN where the code is an error. */
@@ -83,8 +72,8 @@ static int check_draw(const rbt_table *table, const rbt_table *moved, const vect
     rbt_conditions given;
     const int width = rbt_components(table, columns);
     memset(&given, 0, sizeof given);
-    memcpy(spin, c->given + 2, 3 * sizeof *spin);
-    memcpy(spin + 3, c->given + 2, 3 * sizeof *spin);
+    memcpy(spin, c->spin, 3 * sizeof *spin);
+    memcpy(spin + 3, c->spin, 3 * sizeof *spin);
     given.alpha1 = alpha1;
     given.speed = speed;
     given.spin = c->spins ? spin : NULL;
@@ -117,7 +106,7 @@ static int check_rebound(const rbt_table *table, const vector_case *c, double to
         memcpy(rows[0] + 3 * r, c->given, 3 * sizeof(double));
         memcpy(rows[1] + 3 * r, c->given + 3, 3 * sizeof(double));
         memcpy(rows[2] + 3 * r, c->given + 7, 3 * sizeof(double));
-        memcpy(rows[3] + 3 * r, c->given + 10 + rough, 3 * sizeof(double));
+        memcpy(rows[3] + 3 * r, c->spin, 3 * sizeof(double));
         half_size[r] = c->given[6];
         roughness[r] = c->given[10];
     }
@@ -165,12 +154,11 @@ int main(int argc, char **argv)
     memcpy(copy, image, size);
     const rbt_table moved = rbt_moved(table, copy);
     const double tolerance = strtod(argv[3], NULL);
-    char line[1024];
+    vector_case c;
     int cases = 0, holds = 1;
-    while (holds && fgets(line, sizeof line, file)) {
-        vector_case c;
-        holds = read_case(line, &c) && (c.draws ? check_draw(table, &moved, &c, tolerance)
-                                                : check_rebound(table, &c, tolerance));
+    while (holds && read_case(file, &c)) {
+        holds = c.draws ? check_draw(table, &moved, &c, tolerance)
+                        : check_rebound(table, &c, tolerance);
         cases++;
     }
     fclose(file);

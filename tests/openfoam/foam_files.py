@@ -106,11 +106,11 @@ def read_cloud(case, time, names):
     return {name: values[order] for name, values in fields.items()}
 
 
-def read_faces(case, time, name):
-    """Values of a field of the mesh on the faces of patches where it is not uniform."""
+def read_faces(case, time, name, patch=""):
+    """Values of a field on the faces of patches where it is not uniform, or of one patch."""
     values = []
+    pattern = rf"{patch}\s*{{[^{{}}]*nonuniform List<scalar>\s*\d+\s*\(([^)]*)\)"
     for part in sorted(Path(case).glob("processor*")) or [Path(case)]:
         text = (part / time / name).read_text(encoding="ascii").partition("boundaryField")[2]
-        lists = re.findall(r"nonuniform List<scalar>\s*\d+\s*\(([^)]*)\)", text)
-        values += [float(value) for numbers in lists for value in numbers.split()]
+        values += [float(value) for found in re.findall(pattern, text) for value in found.split()]
     return np.array(values)

@@ -13,7 +13,9 @@ from statistics import NormalDist
 
 import numpy as np
 
-from sampler.formats.image import CUBICS, OCTAVES, PIECES
+from sampler.formats import image
+
+OCTAVES, PIECES = 32, 8
 
 
 def cubics():
@@ -31,4 +33,4 @@ def cubics():
 
 
 if __name__ == "__main__":
-    np.save(Path(CUBICS), cubics().astype("<f4"))
+    np.save(Path(image.__file__).with_name("normal_cubics.npy"), cubics().astype("<f4"))

@@ -5,14 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from binary_reader import read_binary
-from refusals import refused
 from spin_tables import with_spin_law
 
 import sampler
 from sampler.formats.binary_layout import SPEED_INDEPENDENT
 from sampler.formats.hdf5 import write_table
-from sampler.formats.image import write_binary_table
+from sampler.formats.image import header_of, table_image
 
 SPEEDS = np.array([1e-6, 0.3, 49.0, 50.0, 120.0, 300.0, 301.0, 1e5])
 
@@ -47,22 +45,9 @@ def test_no_speed_is_outside_the_spin_law(anywhere, contents):
     assert (free.counts["speed"], bound.counts["speed"]) == (0, 5)
 
 
-def test_angles_are_outside_as_before(anywhere):
-    free = sampler.Table(anywhere)
-    with pytest.warns(sampler.OutsideTableWarning, match=r"alpha1: got .* 5\.7295\d* deg, 10 m"):
-        free.sample([0.1, 0.7], 10.0, seed=1, index=range(2))
-    assert (free.counts["angle"], sum(free.counts.values())) == (1, 1)
-
-
-@pytest.mark.parametrize("speed", [0.0, -1.0, np.nan, np.inf])
-def test_no_speed_at_all_is_refused_as_before(anywhere, speed):
-    refused("speed", sampler.Table(anywhere).sample, 0.7, [100.0, speed], seed=1, index=range(2))
-
-
 def test_the_files_say_so(anywhere, contents, tmp_path):
     for made, flags in ((anywhere, SPEED_INDEPENDENT), (contents, 0)):
         write_table(tmp_path / "t.h5", made)
         assert sampler.load(tmp_path / "t.h5").speed_independent == bool(flags)
-        write_binary_table(tmp_path / "t.rbt", made)
-        assert read_binary(tmp_path / "t.rbt")[0]["flags"] == flags
+        assert header_of(table_image(made))["flags"] == flags
     assert anywhere.content_sha256 != contents.content_sha256

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from refusals import refused
 
-import sampler
 from sampler.arguments import as_integer
 
 IMPACT = {"velocity": [60.0, -80.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5}
@@ -82,32 +81,3 @@ def test_keys_are_integers(table, name, said):
 def test_integers_of_any_kind(value):
     number = as_integer("count", value, 1, 7, "1 to 7")
     assert (number, type(number)) == (7, int)
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "shown"),
-    [
-        ("alpha1", 1.57079633, "1.57079633 "),
-        ("alpha1", np.pi / 2 + 2e-12, "1.5707963268 "),
-        ("speed", 300.0000001, " 300.0000001 m/s"),
-        ("speed", np.nextafter(50.0 - 1e-10, 0.0), " 49.9999999999 "),
-    ],
-)
-def test_what_is_refused_looks_refused(table_path, name, value, shown):
-    table = sampler.load(table_path, outside="raise")
-    assert shown in refused(name, _sample, table, **{name: value})
-
-
-def _read_only(values):
-    array = np.array(values)
-    array.flags.writeable = False
-    return array
-
-
-def test_arrays_that_cannot_be_written_are_taken(table):
-    """As pandas and memory maps give them."""
-    conditions = {"alpha1": np.full(3, 0.7), "speed": np.full(3, 100.0)}
-    keys = {"index": np.arange(3, dtype=np.uint64), "hit": np.zeros(3, dtype=np.uint32)}
-    drawn = table.sample(**conditions, **keys, seed=1)
-    frozen = {name: _read_only(values) for name, values in (conditions | keys).items()}
-    np.testing.assert_array_equal(table.sample(**frozen, seed=1), drawn)

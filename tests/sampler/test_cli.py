@@ -14,7 +14,6 @@ from spin_tables import with_spin_law
 import sampler
 from sampler.errors import InputError
 from sampler.files import available, find_config, find_table
-from sampler.formats.binary_layout import field_offset
 from sampler.options import BAD_INPUT, FAILED, OUTPUT, TABLE, Command, Program, output, run_program
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
@@ -195,12 +194,6 @@ def test_an_export_has_the_known_bytes_and_replaces_an_older_one(call, tmp_path,
     # the very bytes, whatever the processor
     assert output.read_bytes() == (VECTORS / f"{name}.rbt").read_bytes()
     assert [path.name for path in tmp_path.iterdir()] == ["t.rbt"]
-
-
-def test_an_export_of_a_shipped_table_by_name(call, tmp_path):
-    image = tmp_path / "t.rbt"
-    assert call("sampler", "export", "corundum-steel-compact", "--output", image).status == 0
-    assert image.read_bytes()[field_offset("pair") :].startswith(b"corundum-steel\0")
 
 
 @both

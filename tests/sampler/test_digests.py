@@ -8,9 +8,6 @@ writes the digests again, of other tables.
 import hashlib
 import json
 import math
-import os
-import subprocess
-import sys
 import warnings
 from pathlib import Path
 
@@ -81,20 +78,6 @@ def test_states_and_rebounds_are_those_of_the_first_draw(found):
         known = {name: value for name, value in known.items() if " rebound" not in name}
     assert {name: found[name] for name in known} == known
     assert len(known) in (12, 28)
-
-
-@pytest.mark.study
-@pytest.mark.parametrize("flags", ["-DRBT_NO_CLONES", "-DRBT_NO_CLONES -mavx2"])
-def test_other_builds_give_the_same(found, flags, tmp_path):
-    library, folder = tmp_path / "library.so", Path(sampler.__file__).parent
-    build = f"import build, pathlib; build.build(pathlib.Path({str(library)!r}))"
-    paths = os.pathsep.join([str(folder.parent), str(folder / "c"), *sys.path])
-    environment = os.environ | {"PYTHONPATH": paths, "CFLAGS": flags}
-    environment["REBOUND_SAMPLER_LIBRARY"] = str(library)
-    for words in (["-c", build], [__file__]):
-        command = [sys.executable, *words]
-        printed = subprocess.check_output(command, env=environment, text=True)
-    assert json.loads(printed) == found | {"C library": c_library()}
 
 
 if __name__ == "__main__":

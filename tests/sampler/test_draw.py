@@ -7,11 +7,10 @@ import pytest
 from reference_draw import key_words, reference_draw
 from scripted import Scripted, build_scripted
 from small_tables import SMALL_TABLES
-from synthetic_table import ALPHA_DEG, HALF, SPEED, make_contents, make_datasets
+from synthetic_table import ALPHA_DEG, SPEED, make_contents, make_datasets
 
 import sampler
 from sampler import errors
-from sampler.formats.channels import VARIABLES
 from sampler.formats.image import header_of, table_image
 from sampler.library import OpenTable
 
@@ -109,36 +108,6 @@ def test_class_of_a_component(script, first):
         _check(contents, draw, np.deg2rad(ALPHA_DEG[1]), SPEED[1], words)
 
 
-def test_reflection_is_exact(script, contents):
-    draw = script(contents)
-    rng = np.random.default_rng(11)
-    for _ in range(50):
-        words = rng.integers(0, 2**32, 8, dtype=np.uint64)
-        words[1] = words[1] // 4096 * 4096 + HALF
-        _, state = draw(0.9, 130.0, words)
-        words[1] -= 1
-        _, image = draw(0.9, 130.0, words)
-        plane = [VARIABLES.index(name) for name in ("u", "v", "omega_z")]
-        odd = [VARIABLES.index(name) for name in ("w", "omega_x", "omega_y")]
-        np.testing.assert_array_equal(image[plane], state[plane])
-        # The quantile functions were rounded on either side of zero.
-        np.testing.assert_allclose(image[odd], -state[odd], rtol=0, atol=2 * TOLERANCE)
-        assert np.abs(state[odd]).min() > 2 * TOLERANCE
-
-
-@pytest.mark.parametrize("stored", [0, 1, 1000, 4095, 4096])
-def test_reflection_has_the_stored_probability(script, stored):
-    """Of the 4096 values of the lower bits, as many reflect as the file says."""
-    draw = script(make_contents(make_datasets(reflection=stored)))
-    words = list(MIDDLE)
-    signs = []
-    for low in range(4096):
-        words[1] = MIDDLE[1] // 4096 * 4096 + low
-        signs.append(draw(0.9, 130.0, words)[1][3] > 0.0)
-    flips = np.array(signs) != signs[-1]
-    assert flips.sum() in (stored % 4096, stored)
-
-
 @pytest.mark.parametrize(
     ("alpha1", "speed", "nearest", "flags"),
     [
@@ -175,25 +144,6 @@ def test_axis_of_one_node(script):
             wide[path] = np.tile(values, (2, 2) + (1,) * (values.ndim - 2)) if repeat else values
     _, same = script(make_contents(wide))(np.deg2rad(44.0), 57.0, MIDDLE)
     np.testing.assert_allclose(state, same, rtol=0, atol=1e-15)
-
-
-def test_extreme_quantiles_keep_the_physics(script):
-    """Quantiles as close to their bounds as float32 allows, at every combination of ends."""
-    datasets = make_datasets()
-    end, tiny = np.nextafter(np.float32(1), np.float32(0)), np.finfo(np.float32).tiny
-    quantiles = datasets["marginals/quantiles"]
-    n_knots = quantiles.shape[-1]
-    quantiles[..., 0, :] = np.where(np.arange(n_knots) < n_knots // 2, tiny, end)
-    for channel in (1, 3):
-        quantiles[..., channel, :] = np.where(np.arange(n_knots) < n_knots // 2, -end, end)
-    draw = script(make_contents(datasets))
-    for words in itertools.product((0, 0x7FFFFFFF, 0xFFFFFFFF), repeat=5):
-        w = [words[0], words[1], words[2], words[3], 5, words[4], 6, 7]
-        code, state = draw(0.8, 77.0, w)
-        assert code == errors.OK
-        assert np.isfinite(state).all()
-        assert state[1] > 0.0
-        assert (state[:3] ** 2).sum() <= 1.0
 
 
 @pytest.mark.parametrize(("short", "stays"), [(1e-6, True), (0.0, False)])

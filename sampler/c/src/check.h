@@ -1,3 +1,5 @@
+/* -- checks of a binary table ------------------------------------------------------------------ */
+
 #ifndef RBT_DEVICE_ONLY
 
 /* Structure only: no draw of an accepted image reads outside it. Values were checked in Python, where
@@ -48,58 +50,28 @@ static int rbti_check_dimensions(const rbti_header *h)
     return RBT_OK;
 }
 
-/* Whether the name of the pair ends in the header, and has no bytes that control a terminal. */
-static int rbti_pair_holds(const rbti_header *h)
+/* Whether n names are below a number and different, and followed by -1 only. */
+static int rbti_names_hold(const int8_t names[RBTI_NAMES], uint32_t n, int known)
 {
-    unsigned before = 0;
-    for (size_t k = 0; k < sizeof h->pair; k++) {
-        const unsigned byte = (unsigned char)h->pair[k];
-        if (byte == 0)
-            return 1;
-        if (byte < 0x20 || byte == 0x7f || (before == 0xc2 && byte < 0xa0))
-            return 0;
-        before = byte;
-    }
-    return 0;
-}
-
-/* Bits of n names, all below a number and different, followed by -1 only; -1 if they are not. */
-static int rbti_name_bits(const int8_t names[RBTI_NAMES], uint32_t n, int known)
-{
-    int bits = 0;
+    int seen = 0, holds = 1;
     for (uint32_t k = 0; k < RBTI_NAMES; k++) {
-        if (k >= n) {
-            if (names[k] != -1)
-                return -1;
-            continue;
-        }
-        if (names[k] < 0 || names[k] >= known || (bits >> names[k] & 1))
-            return -1;
-        bits |= 1 << names[k];
+        const int is_name = names[k] >= 0 && names[k] < known && !(seen >> names[k] & 1);
+        holds &= k < n ? is_name : names[k] == -1;
+        seen |= is_name ? 1 << names[k] : 0;
     }
-    return bits;
+    return holds;
 }
 
 static int rbti_check_names(const rbti_header *h)
 {
-    static const int needs[RBT_VALUES] = RBTI_NEEDS;
-    RBTI_NEED(rbti_pair_holds(h), RBT_ERR_NAMES);
-    RBTI_NEED(rbti_name_bits(h->channels, h->n_channels, RBTI_CHANNELS) >= 0,
-              RBT_ERR_NAMES);
-    RBTI_NEED(rbti_name_bits(h->columns, h->n_columns, RBT_VALUES) >= 0, RBT_ERR_NAMES);
-    int needed = 0, held = 0;
     uint32_t marginals = 0;
-    for (uint32_t k = 0; k < RBTI_NAMES; k++) {
+    RBTI_NEED(rbti_names_hold(h->channels, h->n_channels, RBTI_CHANNELS), RBT_ERR_NAMES);
+    RBTI_NEED(rbti_names_hold(h->columns, h->n_columns, RBT_VALUES), RBT_ERR_NAMES);
+    for (uint32_t k = 0; k < RBTI_NAMES; k++)
         if (h->marginals[k] != -1) {
             RBTI_NEED(k < h->n_channels && h->marginals[k] == (int)marginals, RBT_ERR_NAMES);
             marginals++;
-            held |= 1 << h->channels[k];
         }
-        if (k < h->n_columns)
-            needed |= needs[h->columns[k]];
-    }
-    /* a table that lost its works still gives out u and w after them */
-    RBTI_NEED(h->n_channels == 0 || held == needed || held == (needed | RBTI_NORMAL_HAT), RBT_ERR_NAMES);
     RBTI_NEED(marginals == h->n_marginals, RBT_ERR_NAMES);
     return RBT_OK;
 }
@@ -154,7 +126,7 @@ static int rbti_trees_hold(const rbt_spin_law *law)
         holds &= law->roots[k] >= 0 && law->roots[k] < law->n_nodes;
     for (int32_t k = 0; k < 2 * law->n_nodes; k++) {
         const int32_t child = law->node_child[k];
-        holds &= law->node_axis[k / 2] >= 0 && law->node_axis[k / 2] <= RBTI_SQUARE;
+        holds &= law->node_axis[k / 2] >= 0 && law->node_axis[k / 2] <= RBTI_IN_SQUARE;
         holds &= child >= 0 ? child > k / 2 && child < law->n_nodes : child >= -law->n_leaves;
     }
     return holds;

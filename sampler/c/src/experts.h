@@ -1,46 +1,66 @@
-/* Eight numbers that one instruction takes, where compilers have them. */
+/* -- spin draw, steps 4 and 5: an expert, and its scores --------------------------------------- */
+
+/* Eight numbers that one instruction takes, where compilers have them. As a loop over an array the sums
+   below would wait for memory in every row. */
 #if defined(__GNUC__) && !defined(RBTI_GPU) && (defined(__clang__) || __GNUC__ >= 9)
 #define RBTI_VECTORS 1
 typedef int16_t rbti_shorts __attribute__((vector_size(16)));
 typedef int32_t rbti_longs __attribute__((vector_size(32)));
 typedef float rbti_singles __attribute__((vector_size(32)));
+
+RBTI_INLINE void rbti_load_eight(const int16_t *numbers, rbti_singles *eight)
+{
+    rbti_shorts raw;
+    memcpy(&raw, numbers, sizeof raw);
+    *eight = __builtin_convertvector(__builtin_convertvector(raw, rbti_longs), rbti_singles);
+}
 #endif
 
-/* Sums of eight numbers side by side, times a factor, over `rows` of them; row k begins `stride` k
-   numbers behind the first, less `shrink` k (k + 1) / 2. Its first `shrink` k sums are left as they
-   are. As a loop over an array the sums would wait for memory in every row. */
-RBTI_INLINE RBT_DEVICE void rbti_sum_eight(size_t m, size_t rows, const int16_t *numbers,
-                                           size_t stride, size_t shrink, const float *factors,
-                                           float *sums)
+/* Add a vector times a matrix to eight sums: eight numbers of each of `rows` rows, of which one begins
+   `width` numbers behind the one before. factors[row m] is that of a row. */
+RBTI_INLINE RBT_DEVICE void rbti_add_rows(size_t m, size_t rows, const int16_t *numbers,
+                                          size_t width, const float *factors, float *sums)
 {
 #ifdef RBTI_VECTORS
-    static const float window[15] = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f,
-                                     1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
-    rbti_singles total;
+    rbti_singles total, eight;
     memcpy(&total, sums, sizeof total);
     for (size_t row = 0; row < rows; row++) {
-        rbti_shorts raw;
-        memcpy(&raw, numbers + (row * stride - shrink * (row * (row + 1) / 2)), sizeof raw);
-        const rbti_longs wide = __builtin_convertvector(raw, rbti_longs);
-        rbti_singles factor = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-        factor = factors[row * m] - factor;
-        if (shrink > 0) {
-            rbti_singles ones;
-            memcpy(&ones, window + 7 - row, sizeof ones);
-            factor *= ones;
-        }
-        total += __builtin_convertvector(wide, rbti_singles) * factor;
+        rbti_load_eight(numbers + row * width, &eight);
+        total += eight * factors[row * m];
     }
     memcpy(sums, &total, sizeof total);
 #else
     for (size_t row = 0; row < rows; row++)
-        for (size_t k = shrink * row; k < 8; k++)
-            sums[k] += factors[row * m] *
-                       (float)numbers[row * stride - shrink * (row * (row + 1) / 2) + k];
+        for (size_t k = 0; k < 8; k++)
+            sums[k] += factors[row * m] * (float)numbers[row * width + k];
 #endif
 }
 
-/* Sums over the features of each draw times `count` coefficients that lie side by side. */
+/* The same of a triangle, row k of which has the sums from k to `rows`: they lie behind one another. */
+RBTI_INLINE RBT_DEVICE void rbti_add_triangle(size_t m, size_t rows, const int16_t *numbers,
+                                              const float *factors, float *sums)
+{
+#ifdef RBTI_VECTORS
+    const rbti_longs places = {0, 1, 2, 3, 4, 5, 6, 7};
+    rbti_singles total, eight;
+    memcpy(&total, sums, sizeof total);
+    for (size_t row = 0; row < rows; row++) {
+        rbti_load_eight(numbers, &eight);
+        eight *= factors[row * m];
+        total += (rbti_singles)((rbti_longs)eight & (places >= (int32_t)row));
+        numbers += rows - row - 1;
+    }
+    memcpy(sums, &total, sizeof total);
+#else
+    for (size_t row = 0; row < rows; row++) {
+        for (size_t k = row; k < rows; k++)
+            sums[k] += factors[row * m] * (float)numbers[k];
+        numbers += rows - row - 1;
+    }
+#endif
+}
+
+/* Logits of `count` choices for each draw: features times coefficients of its place among the gates. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, size_t count, const int16_t *gates,
                                              const int32_t *places, const float *features,
                                              float *logits)
@@ -51,34 +71,37 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, size_t count, const int16
         for (size_t k = 0; k < count; k++)
             sums[k] = 0.0f;
         for (size_t k = 0; k < count; k += 8)
-            rbti_sum_eight(m, RBTI_FEATURES, gate + k, count, 0, features + r, sums + k);
+            rbti_add_rows(m, RBTI_FEATURES, gate + k, count, features + r, sums + k);
         for (size_t k = 0; k < count; k++)
             logits[k * m + r] = sums[k];
     }
 }
 
-/* A number below `count` for each draw, by weights that are exponentials, from words. */
-RBTI_INLINE RBT_DEVICE void rbti_choose(size_t m, size_t count, const int16_t *gates,
-                                        const int32_t *places, const float *features,
-                                        const uint32_t *words, int32_t *chosen)
+/* Logits to weights, their exponentials over the largest one. */
+RBTI_INLINE RBT_DEVICE void rbti_to_weights(size_t m, size_t count, float *logits)
 {
-    float weights[RBTI_GROUP_SIZE * RBTI_BLOCK] RBTI_ALIGNED;
-    float most[RBTI_BLOCK] RBTI_ALIGNED, share[RBTI_BLOCK] RBTI_ALIGNED;
-    rbti_fill_logits(m, count, gates, places, features, weights);
+    float most[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
-        most[r] = weights[r];
+        most[r] = logits[r];
     for (size_t k = 1; k < count; k++) {
         RBTI_EACH_DRAW(r)
-            most[r] = weights[k * m + r] > most[r] ? weights[k * m + r] : most[r];
+            most[r] = logits[k * m + r] > most[r] ? logits[k * m + r] : most[r];
     }
     for (size_t k = 0; k < count; k++) {
         RBTI_EACH_DRAW(r) {
-            const float x = (weights[k * m + r] - most[r]) * RBTI_GATE_UNIT;
-            weights[k * m + r] = rbti_least_power(x * RBTI_LOG2_E);
+            const float x = (logits[k * m + r] - most[r]) * RBTI_GATE_UNIT;
+            logits[k * m + r] = rbti_least_power(x * RBTI_LOG2_E);
         }
         RBTI_EACH_DRAW(r)
-            weights[k * m + r] = rbti_power_of_two(weights[k * m + r]);
+            logits[k * m + r] = rbti_power_of_two(logits[k * m + r]);
     }
+}
+
+/* A choice for each draw by weights, which become running sums, and the upper 24 bits of a word. */
+RBTI_INLINE RBT_DEVICE void rbti_pick(size_t m, size_t count, float *weights,
+                                      const uint32_t *words, int32_t *picked)
+{
+    float share[RBTI_BLOCK] RBTI_ALIGNED;
     for (size_t k = 1; k < count; k++) {
         RBTI_EACH_DRAW(r)
             weights[k * m + r] += weights[(k - 1) * m + r];
@@ -86,36 +109,38 @@ RBTI_INLINE RBT_DEVICE void rbti_choose(size_t m, size_t count, const int16_t *g
     RBTI_EACH_DRAW(r) {
         share[r] = ((float)(int32_t)(words[r] >> 8) + 0.5f) * (1.0f / 16777216.0f);
         share[r] *= weights[(count - 1) * m + r];
-        chosen[r] = 0;
+        picked[r] = 0;
     }
     for (size_t k = 0; k + 1 < count; k++) {
         RBTI_EACH_DRAW(r)
-            chosen[r] += share[r] >= weights[k * m + r];
+            picked[r] += share[r] >= weights[k * m + r];
     }
 }
 
-/* Group of experts and expert of each draw, numbered through all leaves. */
+/* Step 4: group of experts and expert of each draw, numbered through all leaves. */
 RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, size_t outcomes, const rbt_spin_law *law,
                                                rbti_spin_draws *d)
 {
     const size_t numbers = RBTI_FEATURES * RBTI_GROUP_SIZE, stride = rbti_expert_stride(outcomes);
-    rbti_choose(m, RBTI_GROUPS, law->group_gates, d->leaf, d->features, d->words, d->group);
+    float weights[RBTI_GROUP_SIZE * RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_fill_logits(m, RBTI_GROUPS, law->group_gates, d->leaf, d->features, weights);
+    rbti_to_weights(m, RBTI_GROUPS, weights);
+    rbti_pick(m, RBTI_GROUPS, weights, d->words, d->group);
     RBTI_EACH_DRAW(r) {
         d->group[r] += d->leaf[r] * RBTI_GROUPS;
-        const int16_t *gates = law->gates + numbers * (size_t)d->group[r];
-        for (size_t k = 0; k < numbers; k += RBTI_LINE)
-            RBTI_PREFETCH(gates + k);
+        rbti_prefetch(law->gates + numbers * (size_t)d->group[r], numbers);
     }
-    rbti_choose(m, RBTI_GROUP_SIZE, law->gates, d->group, d->features, d->words + m, d->expert);
+    rbti_fill_logits(m, RBTI_GROUP_SIZE, law->gates, d->group, d->features, weights);
+    rbti_to_weights(m, RBTI_GROUP_SIZE, weights);
+    rbti_pick(m, RBTI_GROUP_SIZE, weights, d->words + m, d->expert);
     RBTI_EACH_DRAW(r) {
         d->expert[r] += d->group[r] * RBTI_GROUP_SIZE;
-        const int16_t *record = law->experts + stride * (size_t)d->expert[r];
-        for (size_t k = 0; k < stride; k += RBTI_LINE)
-            RBTI_PREFETCH(record + k);
+        rbti_prefetch(law->experts + stride * (size_t)d->expert[r], stride);
     }
 }
 
-/* Normals to scores: mean and factor of the expert. Eight rows are read, of which the outcomes count. */
+/* Step 5: normals to scores, by means and factor of the expert. Eight sums are made, of which those of
+   the outcomes count. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, size_t outcomes, const rbt_spin_law *law,
                                              rbti_spin_draws *d)
 {
@@ -125,63 +150,16 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, size_t outcomes, const rb
             d->scores[k * m + r] *= RBTI_FACTOR_UNIT;
     }
     RBTI_EACH_DRAW(r) {
-        const int16_t *record = law->experts + stride * (size_t)d->expert[r];
-        const int16_t *factors = record + RBTI_FEATURES * outcomes;
+        const int16_t *means = law->experts + stride * (size_t)d->expert[r];
+        const int16_t *factor = means + RBTI_FEATURES * outcomes;
         float sums[8] RBTI_ALIGNED;
         for (size_t k = 0; k < 8; k++)
             sums[k] = 0.0f;
-        rbti_sum_eight(m, RBTI_FEATURES, record, outcomes, 0, d->features + r, sums);
+        rbti_add_rows(m, RBTI_FEATURES, means, outcomes, d->features + r, sums);
         for (size_t k = 0; k < 8; k++)
             sums[k] *= RBTI_MEAN_UNIT;
-        rbti_sum_eight(m, outcomes, factors, outcomes, 1, d->scores + r, sums);
+        rbti_add_triangle(m, outcomes, factor, d->scores + r, sums);
         for (size_t k = 0; k < outcomes; k++)
             d->scores[k * m + r] = sums[k];
     }
 }
-
-/* Scores to places among the knots of the leaf's quantiles. */
-RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, int32_t outcomes, const rbt_spin_law *law,
-                                            rbti_spin_draws *d)
-{
-    const int32_t last = law->n_knots - 2, knots = law->n_knots;
-    const float scale = (float)(law->n_knots - 1) / (RBTI_SCORE_MAX + RBTI_SCORE_MAX);
-    for (int32_t row = 0; row < outcomes; row++) {
-        float *scores = d->scores + (size_t)row * m;
-        int32_t *entries = d->entries + (size_t)row * m;
-        RBTI_EACH_DRAW(r) {
-            const float z = scores[r];
-            const float bounded = z / sqrtf(1.0f + z * z * RBTI_PER_SQUARE);
-            float position = (bounded + RBTI_SCORE_MAX) * scale;
-            /* above the first knot, so that v stays positive */
-            position = position > 1.0f / 1048576.0f ? position : 1.0f / 1048576.0f;
-            int32_t knot = (int32_t)position;
-            knot = knot < last ? knot : last;
-            position -= (float)knot;
-            scores[r] = position < 1.0f ? position : 1.0f;
-            entries[r] = (d->leaf[r] * outcomes + row) * knots + knot;
-        }
-        RBTI_EACH_DRAW(r)
-            RBTI_PREFETCH(law->quantiles + entries[r]);
-    }
-}
-
-/* Places among knots to outcomes. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const rbt_spin_law *law,
-                                               rbti_spin_draws *d)
-{
-    for (int32_t row = 0; row < outcomes; row++) {
-        const size_t at = (size_t)row * m;
-        uint32_t pair[RBTI_BLOCK] RBTI_ALIGNED;
-        float least[RBTI_BLOCK] RBTI_ALIGNED, step[RBTI_BLOCK] RBTI_ALIGNED;
-        RBTI_EACH_DRAW(r) {
-            const float *span = law->spans + 2 * (d->leaf[r] * outcomes + row);
-            memcpy(pair + r, law->quantiles + d->entries[at + r], sizeof *pair);
-            least[r] = span[0];
-            step[r] = span[1];
-        }
-        RBTI_EACH_DRAW(r) {
-            const float low = (float)(int32_t)(pair[r] & 0xffffu);
-            const float high = (float)(int32_t)(pair[r] >> 16);
-            d->outcomes[at + r] = least[r] + step[r] * (low + d->scores[at + r] * (high - low));
-        }
-    }

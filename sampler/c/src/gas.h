@@ -168,12 +168,12 @@ RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double di
         return RBT_ERR_NOT_FINITE;
     if (ra < 0.0 || rq < 0.0 || rsm <= 0.0 || diameter <= 0.0)
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
-    const double flank = atan(2.0 * ra / rsm), found = diameter * sin(flank) < rsm
+    const double flank = atan(2.0 * ra / rsm), seen = diameter * sin(flank) < rsm
                                                            ? flank
                                                            : atan(2.0 * rq / rsm);
-    if (found > RBT_MOST_ROUGHNESS)
+    if (seen > RBT_MOST_ROUGHNESS)
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
-    *tilt = found;
+    *tilt = seen;
     return RBT_OK;
 }
 

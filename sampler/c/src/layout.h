@@ -32,9 +32,6 @@ typedef struct rbti_header {
 #define RBTI_SPHERES 2u
 #define RBTI_FIRST_MIRRORED 3
 #define RBTI_END_MIRRORED 6
-/* channels (bits) from which each variable is made */
-#define RBTI_NEEDS {0x03, 0x01, 0x0b, 0x10, 0x20, 0x04, 0x4b, 0x80, 0x101, 0x14b}
-#define RBTI_NORMAL_HAT 0x100
 #define RBTI_LEAST_ANY_SPEED 1e-300
 #define RBTI_MOST_ANY_SPEED 1e+300
 #define RBTI_MOST_NUMBER 1000000.0 /* of a node */

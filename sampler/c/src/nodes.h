@@ -36,7 +36,7 @@ RBTI_INLINE RBT_DEVICE int rbti_flags(const rbt_table *table, double alpha1, dou
 }
 
 #ifdef RBTI_BLOCKS
-/* Whether a condition is none, without branches; rbti_error says why. */
+/* Whether nothing can be drawn at a condition, without branches; rbti_error says why. */
 RBTI_INLINE RBT_DEVICE int rbti_is_bad(double alpha1, double speed)
 {
     const int bad = (alpha1 <= 0.0) | (alpha1 > RBTI_HALF_PI + RBTI_ROUNDING) | (speed <= 0.0);
@@ -59,11 +59,9 @@ RBTI_INLINE RBT_DEVICE void rbti_locate(size_t m, const rbt_axis *of, const doub
 {
     const rbt_axis axis = *of;
     RBTI_EACH_DRAW(r) {
-        double value = values[r] > axis.first ? values[r] : axis.first;
-        value = value < axis.last ? value : axis.last;
-        double position = (value - axis.origin) * axis.scale;
-        position = position > 0.0 ? position : 0.0;
-        position = position < axis.grid - 1.0 ? position : axis.grid - 1.0;
+        const double value = rbti_bounded(values[r], axis.first, axis.last);
+        const double position =
+            rbti_bounded((value - axis.origin) * axis.scale, 0.0, axis.grid - 1.0);
         int32_t k = (int32_t)position;
         k = k < axis.grid - 2 ? k : axis.grid - 2;
         const double below = axis.coordinate[k];
@@ -321,8 +319,7 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
     }
 }
 
-/* Draws with conditions that may be drawn at; n is the number of channels. Words 8 and 11 belong to
-   no channel: the azimuth of a normal impact is made of word 8. */
+/* Draws with conditions that may be drawn at; n is the number of channels. */
 RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, int32_t n,
                                             uint64_t seed, const uint64_t *index,
                                             const uint32_t *hit, size_t count, int variables,
@@ -335,7 +332,7 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
     rbti_locate(m, &table->speed, d->speed, d->speed_node, d->speed_weight);
     rbti_choose_component(m, table, d);
     for (int32_t row = 0; row < n; row++)
-        rbti_fill_normals(m, table->normals, d->words + (size_t)(row < 6 ? 2 + row : 3 + row) * m,
+        rbti_fill_normals(m, table->normals, d->words + rbti_word_of_normal((size_t)row) * m,
                           d->values + (size_t)row * m);
     if (n == 6) /* as most tables have: the compiler unrolls the triangle of factors */
         rbti_mix(m, table, 6, d);
@@ -369,7 +366,7 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_node(const rbt_table *table, double alpha1
     rbti_draw_channels(table, alpha1, speed, seed, index, hit, variables, state);
 #else
     if (table->n_channels != 6) {
-        double values[RBT_VALUES]; /* whose address is known elsewhere, is in no register */
+        double values[RBT_VALUES]; /* not `state`, so that this stays in registers */
         rbti_draw_channels(table, alpha1, speed, seed, index, hit, variables, values);
         for (int k = 0; k < variables; k++)
             state[k] = values[k];

@@ -1,3 +1,5 @@
+/* -- opening and closing ----------------------------------------------------------------------- */
+
 #ifdef RBTI_MMAP
 
 RBT_API int rbt_open(const char *path, rbt_table **table)
@@ -99,9 +101,9 @@ RBT_API const char *rbt_strerror(int code)
     } texts[] = {
 /* begin texts */
         {RBT_OK, "fine"},
-        {RBT_ANGLE, "impact angle outside the table, whose nearest was drawn"},
-        {RBT_SPEED, "impact speed outside the table, whose nearest was drawn"},
-        {RBT_SPIN, "spin beyond the table, whose nearest condition was drawn"},
+        {RBT_ANGLE, "impact angle outside the table: the nearest was drawn"},
+        {RBT_SPEED, "impact speed outside the table: the nearest was drawn"},
+        {RBT_SPIN, "spin beyond the table: the nearest condition was drawn"},
         {RBT_EXTRAPOLATED, "a speed at which the material pair was not measured"},
         {RBT_ERR_MISSING, "a required array or the table is missing (NULL, or a handle of"
          " 0)"},
@@ -130,9 +132,7 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_SIZE, "file_bytes: the file is truncated, or longer than it says"},
         {RBT_ERR_CHECKSUM, "sha256: the contents do not have this checksum"},
         {RBT_ERR_DIMENSIONS, "dimensions: one is 0 or too large, or does not fit the others"},
-        {RBT_ERR_NAMES, "names: a channel or column is unknown, occurs twice or lacks "
-         "what it is made of, or the pair has characters that control "
-         "terminals"},
+        {RBT_ERR_NAMES, "names: a channel or column is unknown or occurs twice"},
         {RBT_ERR_OFFSETS, "offsets: an array does not lie in the file on a multiple of 64"},
         {RBT_ERR_INDICES, "indices: a component, class, root or child lies beyond its "
          "array"},

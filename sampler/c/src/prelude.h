@@ -1,4 +1,16 @@
-/* ---------------------------------------------------------------------------------------------- */
+/* -- the implementation ---------------------------------------------------------------------------
+
+   Sections, in the order of a call. Names with rbti_ and RBTI_ are internal.
+
+     words                                random words and normal numbers
+     nodes                                the law of first impacts
+     sphere                               spheres, by their laws of contact
+     grains                               grains of particles
+     spin conditions experts outcomes     the law of particles that arrive spinning
+     sample                               rbt_sample: rows one by one and in blocks
+     frame rough rebound                  rbt_rebound: frame of the impact, facets, rows
+     checksum layout check read open      binary tables
+     queries gas                          what surrounds a draw */
 
 #if defined(REBOUND_SAMPLER_IMPLEMENTATION) && !defined(REBOUND_SAMPLER_IMPLEMENTED)
 #define REBOUND_SAMPLER_IMPLEMENTED
@@ -120,6 +132,11 @@ extern "C" {
 #define RBTI_CONSTANT_RESISTANCE 1
 #define RBTI_TABULATED_RESISTANCE 2
 #define RBTI_COULOMB 3
+/* rows of a draw: inputs, with the squared spin that trees compare, and outcomes */
+enum { RBTI_IN_ROOT_ANGLE, RBTI_IN_SPEED, RBTI_IN_SIGMA_X, RBTI_IN_SIGMA_Y, RBTI_IN_SIGMA_Z,
+       RBTI_IN_SQUARE, RBTI_IN_B_A, RBTI_IN_C_B, RBTI_IN_ROWS };
+enum { RBTI_OUT_P_U, RBTI_OUT_P_V, RBTI_OUT_P_W, RBTI_OUT_OMEGA_X, RBTI_OUT_OMEGA_Y,
+       RBTI_OUT_OMEGA_Z, RBTI_OUT_A, RBTI_OUT_B };
 /* end spin */
 #define RBTI_LOG2_E 1.4426950408889634f
 #define RBTI_SIMULATION_KEY 0x53494d554c415445u
@@ -139,4 +156,10 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
     uint64_t bits;
     memcpy(&bits, &x, sizeof bits);
     return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
+}
+
+/* A number within bounds; the least of NaN. */
+RBTI_INLINE RBT_DEVICE double rbti_bounded(double x, double least, double most)
+{
+    return x > least ? (x < most ? x : most) : least;
 }

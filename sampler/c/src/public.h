@@ -218,9 +218,7 @@ typedef struct rbt_conditions {
 } rbt_conditions;
 
 /* Draw n states: rows of the table's variables (rbt_components), at most RBT_VALUES n numbers. Without
-   `states` only the codes are found.
-
-   codes: n codes, or NULL. Returns the first error, else the sum of the flags of all rows. Errors:
+   `states` only the codes are written. codes: n codes, or NULL. Returns the first error, else the sum of the flags of all rows. Errors:
    RBT_ERR_MISSING, RBT_ERR_NOT_FINITE, RBT_ERR_NOT_APPROACHING, RBT_ERR_SPEED_NOT_POSITIVE,
    RBT_ERR_NO_SPIN_LAW, RBT_ERR_GRAIN_NOT_KNOWN. */
 RBT_API RBT_MUST_USE RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n,
@@ -244,7 +242,7 @@ typedef struct rbt_impacts {
     int isotropic; /* 1: facets are tilted across the plane of incidence as well; 0: in it only */
 } rbt_impacts;
 
-/* Rebounds: arrays for results, NULL where they are not wanted, and what was found. Results may be the
+/* Rebounds: arrays for results, NULL where they are not wanted, and counts of rows. Results may be the
    arrays of the impacts. */
 typedef struct rbt_rebounds {
     double *velocity;  /* 3 n: after the rebound, m/s */
@@ -253,17 +251,17 @@ typedef struct rbt_rebounds {
                           kg of the particle; 0 without works in the table */
     int *codes;        /* n */
     size_t bad;        /* written: number of rows with an error */
-    size_t first_bad;  /* written: first of them; n if there is none */
+    size_t first_bad;  /* written: first of them; n if none */
     size_t flagged[4]; /* written: numbers of rows with RBT_ANGLE, RBT_SPEED, RBT_SPIN, RBT_EXTRAPOLATED */
 } rbt_rebounds;
 
 /* Rebound n particles. At exactly normal impact the direction along the wall is uniform.
 
-   A rough wall has facets whose normals are tilted at random in the plane of incidence; the particle
-   meets them as it sees them, by their projected area, none in the shadow of others. One that a facet
-   sends back into the wall meets further facets within the same hit, with the spin that the one before
-   has left: its works are their sums, its flags those of any of them. One hit has one grain, a fresh one
-   too, and no more energy after than that can have had before. `normal` is that of the mean wall.
+   A rough wall has facets whose normals are tilted at random in the plane of incidence; `normal` is
+   that of the mean wall. The particle meets facets by their projected area, none in the shadow of
+   others. One that a facet sends back into the wall meets further ones within the same hit, with the
+   spin that the one before has left: its works are their sums, its flags those of all. One hit has one
+   grain, a fresh one too, and no more energy after than that can have had before.
 
    Returns the first error, else the sum of the flags of all rows. Errors: those of rbt_sample, and
    RBT_ERR_NORMAL_NOT_USABLE, RBT_ERR_HALF_SIZE, RBT_ERR_ROUGHNESS_NOT_USABLE; RBT_ERR_CASCADE_NOT_ENDED
@@ -297,19 +295,17 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double r
    a time, s; omega: as a rebound gives it, the mean over the particle's tumbling.
 
    diameter: of the sphere of equal volume, m; density, kg/m3, and viscosity, Pa s: of the gas; all
-   above 0, or a viscosity of 0: no torque. gas_rotation: half the curl of the gas velocity, rad/s; NULL: 0. The torque is that on a
-   sphere that turns in a gas at rest,
+   above 0, or a viscosity of 0: no torque. gas_rotation: half the curl of the gas velocity, rad/s;
+   NULL: 0. inertia: kg m2, mass diameter^2 / 10 for a sphere; for grains that feel another multiple of
+   the torque, divide it by that. With slip = gas_rotation - omega the torque on a sphere is
 
-       (density / 2) (diameter / 2)^5 C |slip| slip,  slip = gas_rotation - omega,
+       (density / 2) (diameter / 2)^5 C |slip| slip,
        C = 64 pi / Re below Re = density diameter^2 |slip| / viscosity = 32,
        C = 12.9 / sqrt(Re) + 128.4 / Re from there on
 
    (Dennis, Singh & Ingham, J. Fluid Mech. 101 (1980) 257-279), up to Re = 1000; beyond, the formula
-   extrapolates. For grains that feel another multiple of the torque, divide the inertia by it.
-
-   inertia: moment of inertia, kg m2; mass diameter^2 / 10 for a sphere. omega decays along the law
-   exactly, so time steps of any size give the same, and never overshoots. A negative time goes back,
-   to Re = 1e6 at most. Results may be the same arrays as omega. */
+   extrapolates. omega decays along the law exactly: time steps of any size give the same. A negative
+   time goes back, to Re = 1e6 at most. Results may be the same arrays as omega. */
 RBT_API RBT_DEVICE void rbt_gas_torque(const double omega[3], double diameter, double density,
                                        double viscosity, const double gas_rotation[3],
                                        double torque[3]);
@@ -319,8 +315,8 @@ RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, doubl
 
 /* -- sizes, and particles that stay on the wall --
 
-   Largest half-size, m, of a grain (rbt_grain) whose volume is that of a sphere of a diameter, m; 0: a
-   mesh, whose volume nobody knows. */
+   Largest half-size, m, of a grain (rbt_grains) with the volume of a sphere of a diameter, m; 0: a mesh,
+   of unknown volume. */
 RBT_API RBT_DEVICE double rbt_half_size(double diameter, const double grain[3]);
 
 /* Mean moment of inertia of a grain over m a^2, for rbt_spin_after, and sphericity, the surface of the

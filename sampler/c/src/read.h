@@ -1,3 +1,5 @@
+/* -- a table, from the header of a file -------------------------------------------------------- */
+
 static RBT_DEVICE void rbti_fill_axis(rbt_axis *axis, const double ends_origin_scale[4],
                                       int32_t offset, uint32_t nodes, uint32_t grid)
 {

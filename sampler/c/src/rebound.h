@@ -3,8 +3,8 @@
    A row meets the wall, or the first facet of a rough one, in the frame of the impact; its state is
    drawn, by itself or in a block; it leaves, after further bounces where it needs them. */
 
-/* Impact of a row on a wall, or on the first facet of a rough one, whose cascade lies apart: mostly it
-   is not needed, nor then in the cache. */
+/* Impact of a row on a wall, or on the first facet of a rough one. The cascade of facets lies apart, to
+   take no cache where walls are smooth. */
 typedef struct rbti_hit {
     rbti_impact met;
     rbti_cascade *facets;
@@ -12,8 +12,8 @@ typedef struct rbti_hit {
     double spin[3];
 } rbti_hit;
 
-/* Whether an impact is drawn from the spin law, not from that of first impacts: on a rough wall where
-   there is one, for all facets of a hit meet the same grain. */
+/* Whether an impact is drawn from the spin law, not from that of first impacts. On a rough wall it is,
+   where the table has one: all facets of a hit meet the same grain. */
 RBTI_INLINE RBT_DEVICE int rbti_spins(const rbt_table *table, const rbt_impacts *impacts,
                                       const rbti_hit *of)
 {
@@ -137,7 +137,7 @@ static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts
 
 #endif
 
-/* Count a row in what was found. */
+/* Count a row in the results of a call. */
 RBTI_INLINE RBT_DEVICE void rbti_report(int code, size_t row, rbt_rebounds *out)
 {
     if (code < RBT_OK && out->bad++ == 0)

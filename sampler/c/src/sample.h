@@ -3,7 +3,7 @@
    Rows of a call share nothing but the table and the seed. One row is drawn by itself; on a processor
    more are drawn in blocks, whose codes tell which rows have an error and get NaN. */
 
-/* What the rows of a call have come to: the first error, and all flags. */
+/* Result of the rows of a call: the first error, and all flags. */
 typedef struct rbti_tally {
     int error, flags;
 } rbti_tally;
@@ -31,8 +31,8 @@ RBTI_INLINE RBT_DEVICE int rbti_result(const rbti_tally *tally)
     return tally->error < RBT_OK ? tally->error : tally->flags;
 }
 
-/* One draw from the spin law, or from that of first impacts: the first variables of a state, if one is
-   wanted, and the code. spin may be NULL, and is then 0. */
+/* One draw from the spin law, if `spins`, else from that of first impacts: its code, and the first
+   variables of its state unless `state` is NULL. A spin that is NULL is 0. */
 RBTI_INLINE RBT_DEVICE int rbti_draw_one(const rbt_table *table, double alpha1, double speed,
                                          const double *spin, uint64_t seed,
                                          const rbti_grains *grains, uint64_t index, uint32_t hit,
@@ -118,18 +118,18 @@ RBT_API RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n, const rbt_co
         int block[RBTI_BLOCK];
         count = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
         const int whole = codes && count == RBTI_BLOCK; /* a block writes all of its codes */
-        int *found = whole ? codes + first : block;
+        int *row_codes = whole ? codes + first : block;
         if (plain)
             rbti_draw_rows(table, given, first, count, seed, 6, states ? states + 6 * first : NULL,
-                           found);
+                           row_codes);
         else
-            rbti_draw_rows(table, given, first, count, seed, RBT_VALUES, values, found);
+            rbti_draw_rows(table, given, first, count, seed, RBT_VALUES, values, row_codes);
         for (size_t r = 0; r < count && !plain; r++)
             rbti_put(table, values + RBT_VALUES * r,
                      states + (size_t)table->n_columns * (first + r));
         if (codes && !whole)
             memcpy(codes + first, block, count * sizeof *block);
-        rbti_count(&tally, found, count);
+        rbti_count(&tally, row_codes, count);
     }
     return rbti_result(&tally);
 }

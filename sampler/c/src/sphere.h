@@ -12,12 +12,6 @@ enum {
 #define RBTI_GRAZING 0.0087 /* sine of the impact angle from which on the resolution is the whole */
 #define RBTI_LEAST_ANGLE 1e-300
 
-/* A number within bounds; the least of NaN. */
-RBTI_INLINE RBT_DEVICE double rbti_bounded(double x, double least, double most)
-{
-    return x > least ? (x < most ? x : most) : least;
-}
-
 /* Lower one of two neighbours among growing numbers, and the weight of the other. */
 RBTI_INLINE RBT_DEVICE int rbti_neighbour(const double *nodes, int count, double x, double *weight)
 {

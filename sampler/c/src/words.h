@@ -22,6 +22,13 @@
 #pragma GCC optimize("O3", "fp-contract=off", "no-ipa-cp-clone", "no-tree-pre")
 #endif
 
+/* Word of normal number `row` of a draw: 2 to 7, 9 and 10. Words 0 and 1 choose; the azimuth of a normal
+   impact is made of word 8. */
+RBTI_INLINE RBT_DEVICE size_t rbti_word_of_normal(size_t row)
+{
+    return row < 6 ? 2 + row : 3 + row;
+}
+
 /* Uniform number in (0, 1) from a random word. */
 RBTI_INLINE RBT_DEVICE double rbti_uniform(uint32_t word)
 {

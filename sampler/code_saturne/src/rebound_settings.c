@@ -40,9 +40,10 @@ static uint64_t read_seed(const char *text)
 }
 
 /* Return 0 or 1 for the first or the second of two words. */
-static int read_choice(const char *name, const char *text, const char *zero, const char *one,
-                       const char *allowed)
+static int read_choice(const char *name, const char *text, const char *zero, const char *one)
 {
+    char allowed[32];
+    snprintf(allowed, sizeof allowed, "%s, %s", zero, one);
     if (strcmp(text, zero) != 0 && strcmp(text, one) != 0)
         refuse(name, text, allowed);
     return strcmp(text, one) == 0;
@@ -61,6 +62,8 @@ static const struct {
      "0 or a positive speed in m/s"},
     {"deposit_diameter", offsetof(rebound_settings_t, deposit_diameter), 1e-30, DBL_MAX,
      "a positive length in m"},
+    {"histogram_speed", offsetof(rebound_settings_t, histogram_speed), 1e-30, DBL_MAX,
+     "a positive speed in m/s"},
     {"tilt_deg", offsetof(rebound_settings_t, tilt_deg), 0, 28.6, "0 to 28.6 deg"},
     {"Ra", offsetof(rebound_settings_t, ra), 0, DBL_MAX, "0 or a positive length in m"},
     {"Rq", offsetof(rebound_settings_t, rq), 0, DBL_MAX, "0 or a positive length in m"},
@@ -91,17 +94,20 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
         settings->seed = read_seed(value);
         *has_seed = 1;
     } else if (strcmp(name, "spin") == 0) {
-        settings->spin = read_choice(name, value, "no", "yes", "no, yes");
+        settings->spin = read_choice(name, value, "no", "yes");
     } else if (strcmp(name, "out_of_range") == 0) {
-        settings->refuse_outside = read_choice(name, value, "clamp", "error", "clamp, error");
+        settings->refuse_outside = read_choice(name, value, "clamp", "error");
     } else if (strcmp(name, "face_sums") == 0) {
-        settings->face_sums = read_choice(name, value, "no", "yes", "no, yes");
+        settings->face_sums = read_choice(name, value, "no", "yes");
+    } else if (strcmp(name, "face_histograms") == 0) {
+        settings->face_histograms = read_choice(name, value, "no", "yes");
     } else if (strcmp(name, "isotropic") == 0) {
-        settings->isotropic = read_choice(name, value, "no", "yes", "no, yes");
+        settings->isotropic = read_choice(name, value, "no", "yes");
     } else if (!take_number(settings, name, value)) {
         refuse(name, "a name that is unknown",
                "table, seed, spin, out_of_range, half_size, gas_torque, deposit_speed, "
-               "deposit_diameter, face_sums, tilt_deg, isotropic, Ra, Rq, RSm");
+               "deposit_diameter, face_sums, face_histograms, histogram_speed, tilt_deg, isotropic, "
+               "Ra, Rq, RSm");
     }
 }
 
@@ -137,6 +143,15 @@ int rebound_table_gives(const rbt_table *table, int variable)
     return 0;
 }
 
+static double highest_speed(const rbt_table *table)
+{
+    rbt_range range;
+    rbt_covered(table, &range);
+    if (range.speed[1] >= 1e300)
+        refuse("histogram_speed", "none", "a positive speed in m/s, for a table of any speed");
+    return range.speed[1];
+}
+
 static void check_table(rebound_settings_t *settings, const rbt_table *table)
 {
     int has_spin = rbt_has_spin_law(table);
@@ -153,6 +168,8 @@ static void check_table(rebound_settings_t *settings, const rbt_table *table)
         settings->half_size = has_spin ? rbt_mean_half_size(table, 1.0) : 0.5;
     if (settings->half_size == 0.0)
         refuse("half_size", "none", "a positive number, for a table with meshes");
+    if (settings->face_histograms && settings->histogram_speed == 0.0)
+        settings->histogram_speed = highest_speed(table);
     if (settings->gas_torque < 0.0) /* not given */
         settings->gas_torque = settings->spin;
     if (!settings->spin && settings->gas_torque > 0.0)

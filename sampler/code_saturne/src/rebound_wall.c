@@ -56,6 +56,8 @@ void rebound_wall_model(void)
     cs_glob_lagr_model->n_user_variables += REBOUND_ATTRIBUTES;
     if (settings.face_sums)
         rebound_sums_make(rebound_table_gives(table, RBT_WORK_NORMAL));
+    if (settings.face_histograms)
+        rebound_histograms_make(settings.histogram_speed);
 }
 
 int rebound_wall_attribute(void)

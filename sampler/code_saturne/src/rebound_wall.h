@@ -67,6 +67,8 @@ typedef struct {
     double gas_torque;    /* of the gas on a spinning grain, over that on a sphere; 0: none */
     double tilt_deg;      /* standard deviation of the tilt of facets; 0: smooth walls */
     int face_sums;        /* whether boundary faces have sums of what met them */
+    int face_histograms;  /* whether they have hits by angle and by speed */
+    double histogram_speed; /* where the last bin of speeds would end, m/s */
     int isotropic;        /* whether facets are tilted across the plane of incidence as well */
     double ra, rq, rsm;   /* or the profile of the wall, m; rsm 0: none */
 } rebound_settings_t;
@@ -82,9 +84,10 @@ double rebound_settings_roughness(const rebound_settings_t *settings, double dia
 /* Whether a table has a variable, RBT_U to RBT_WORK_SHEAR; rebounds have 0 for others. */
 int rebound_table_gives(const struct rbt_table *table, int variable);
 
-/* Make the fields of sums by face, of works too or not; add a hit of a particle, with its velocities
-   before and after, and the works of its impulses [J/kg]. */
+/* Make the fields of sums by face, of works too or not, and of histograms; add a hit of a particle,
+   with its velocities before and after, and the works of its impulses [J/kg]. */
 void rebound_sums_make(int works);
+void rebound_histograms_make(double most);
 void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
                       const double normal[3], const double before[3], const double after[3],
                       int stays, const double works[2]);

@@ -10,12 +10,9 @@ void Foam::TabulatedRebound<CloudType>::checkComponents()
     const bool plane = this->mesh().nGeometricD() < 3;
     const auto has = [&](const int variable) { return rebound::gives(*table_, variable); };
 
-    if (!has(RBT_U) || !has(RBT_V) || !(plane || has(RBT_W)))
-    {
-        FatalIOErrorInFunction(this->coefficients())
-            << "tableFile: got a table without all velocity components, allowed: one with u, v"
-            << (plane ? "" : ", w") << exit(FatalIOError);
-    }
+    rebound::need(has(RBT_U) && has(RBT_V) && (plane || has(RBT_W)), this->coefficients(),
+        "tableFile", "a table without all velocity components",
+        plane ? "one with u, v" : "one with u, v, w");
 
     givesSpin_ = has(RBT_OMEGA_Z) && (plane || (has(RBT_OMEGA_X) && has(RBT_OMEGA_Y)));
 }
@@ -28,12 +25,8 @@ void Foam::TabulatedRebound<CloudType>::checkHalfSize()
     const scalar mean = hasSpinLaw_ ? rbt_mean_half_size(table_.get(), 1) : 0.5;
     halfSizeRule_ = this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", mean);
 
-    if (!(halfSizeRule_ > 0))
-    {
-        FatalIOErrorInFunction(this->coefficients())
-            << "halfSizeRule: got " << halfSizeRule_ << ", allowed: a positive number"
-            << (mean > 0 ? "" : ", which a table with meshes needs") << exit(FatalIOError);
-    }
+    rebound::need(halfSizeRule_ > 0, this->coefficients(), "halfSizeRule", halfSizeRule_,
+        mean > 0 ? "a positive number" : "a positive number, which a table with meshes needs");
 }
 
 
@@ -47,12 +40,9 @@ void Foam::TabulatedRebound<CloudType>::checkDeposit()
     depositSpeed_ = rebound::required<scalar>(dict, "speed");
     dict.readIfPresent("diameter", depositDiameter_);
 
-    if (!(depositSpeed_ > 0) || !(depositDiameter_ >= 0))
-    {
-        FatalIOErrorInFunction(dict)
-            << "deposit: got speed " << depositSpeed_ << ", diameter " << depositDiameter_
-            << ", allowed: a positive speed and diameter" << exit(FatalIOError);
-    }
+    rebound::need(depositSpeed_ > 0, dict, "deposit.speed", depositSpeed_, "a positive number");
+    rebound::need(depositDiameter_ >= 0, dict, "deposit.diameter", depositDiameter_,
+        "a positive number");
 }
 
 
@@ -64,16 +54,12 @@ void Foam::TabulatedRebound<CloudType>::checkInjection() const
 
     for (const entry& model : models)
     {
-        if
-        (
-            model.isDict()
-         && model.dict().template lookupOrDefault<word>("type", "none") == "inflationInjection"
-        )
-        {
-            FatalIOErrorInFunction(models)
-                << "injectionModels: got inflationInjection, allowed: any other with"
-                << " tabulatedRebound (both need dTarget of the parcels)" << exit(FatalIOError);
-        }
+        if (!model.isDict()) continue;
+
+        const word type = model.dict().template lookupOrDefault<word>("type", "none");
+
+        rebound::need(type != "inflationInjection", models, "injectionModels", type,
+            "any other with tabulatedRebound (both need dTarget of the parcels)");
     }
 }
 
@@ -81,12 +67,10 @@ void Foam::TabulatedRebound<CloudType>::checkInjection() const
 template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkSpin() const
 {
-    if (!hasSpinLaw_ || !givesSpin_)
-    {
-        FatalIOErrorInFunction(this->coefficients())
-            << "spin: got yes, allowed: no, with a table without "
-            << (givesSpin_ ? "spin law" : "angular velocities") << exit(FatalIOError);
-    }
+    const dictionary& coeffs = this->coefficients();
+
+    rebound::need(hasSpinLaw_ && givesSpin_, coeffs, "spin", "yes",
+        "no, with a table without spin law or angular velocities");
 
     // Angular momenta are nobody else's
     if (spinOf::ofMomentum) return;
@@ -97,12 +81,8 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
             "dispersionModel", "none"
         );
 
-    if (dispersion != "none")
-    {
-        FatalIOErrorInFunction(this->coefficients())
-            << "spin: got yes, allowed: no, with kinematic parcels and a dispersionModel (both need"
-            << " UTurb of the parcels)" << exit(FatalIOError);
-    }
+    rebound::need(dispersion == "none", coeffs, "spin", "yes",
+        "no, with kinematic parcels and a dispersionModel (both need UTurb of the parcels)");
 
     for (const polyPatch& pp : this->meshPatches())
     {
@@ -110,12 +90,9 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
 
         const coupledPolyPatch& coupled = refCast<const coupledPolyPatch>(pp);
 
-        if (rebound::turns(coupled) && !rebound::canFollow(coupled))
-        {
-            FatalIOErrorInFunction(this->coefficients())
-                << "spin: got yes, allowed: no, with kinematic parcels and the rotating "
-                << pp.type() << " patch " << pp.name() << exit(FatalIOError);
-        }
+        rebound::need(!rebound::turns(coupled) || rebound::canFollow(coupled), coeffs, "spin",
+            "yes",
+            "no, with kinematic parcels and the rotating " + pp.type() + " patch " + pp.name());
     }
 }
 
@@ -126,13 +103,8 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
     const scalar gasTorque =
         this->coefficients().template lookupOrDefault<scalar>("gasTorque", keepsSpin_ ? 1 : 0);
 
-    if (!(gasTorque >= 0) || (!keepsSpin_ && gasTorque > 0))
-    {
-        FatalIOErrorInFunction(this->coefficients())
-            << "gasTorque: got " << gasTorque << ", allowed: 0"
-            << (keepsSpin_ ? " or a positive number" : ", where no spin is kept")
-            << exit(FatalIOError);
-    }
+    rebound::need(gasTorque >= 0 && (keepsSpin_ || gasTorque == 0), this->coefficients(),
+        "gasTorque", gasTorque, keepsSpin_ ? "0 or a positive number" : "0, where no spin is kept");
 
     if (!keepsSpin_) return;
 
@@ -143,17 +115,34 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
         {
             const scalar first = refCast<const SpinInFlight<CloudType>>(other).gasTorque();
 
-            if (first != gasTorque)
-            {
-                FatalIOErrorInFunction(this->coefficients())
-                    << "gasTorque: got " << gasTorque << ", allowed: " << first
-                    << ", as for other walls of this cloud" << exit(FatalIOError);
-            }
+            rebound::need(first == gasTorque, this->coefficients(), "gasTorque", gasTorque,
+                Foam::name(first) + ", as for other walls of this cloud");
             return;
         }
     }
 
     this->owner().functions().append(new SpinInFlight<CloudType>(this->owner(), gasTorque));
+}
+
+
+template<class CloudType>
+void Foam::TabulatedRebound<CloudType>::makeStatistics()
+{
+    const dictionary& coeffs = this->coefficients();
+
+    if (coeffs.template lookupOrDefault<Switch>("faceSums", false))
+    {
+        statistics_.makeSums(rebound::gives(*table_, RBT_WORK_NORMAL));
+    }
+
+    if (!coeffs.template lookupOrDefault<Switch>("faceHistograms", false)) return;
+
+    const scalar highest = rebound::highestSpeed(*table_);
+    const scalar most = coeffs.template lookupOrDefault<scalar>("histogramSpeed", highest);
+
+    rebound::need(most > 0, coeffs, "histogramSpeed", most,
+        highest > 0 ? "a positive speed" : "a positive speed, which a table of any speed needs");
+    statistics_.makeHistograms(most);
 }
 
 
@@ -304,6 +293,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     roughness_(this->coefficients()),
     depositSpeed_(0),
     depositDiameter_(0),
+    statistics_(cloud.mesh(), cloud.name()),
     hasSpinLaw_(false),
     givesSpin_(false),
     keepsSpin_(false),
@@ -315,16 +305,9 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     const word outside = coeffs.template lookupOrDefault<word>("outOfRange", "clamp");
     coeffs.readIfPresent("patches", patches_);
 
-    if (seed < 0)
-    {
-        FatalIOErrorInFunction(coeffs)
-            << "seed: got " << seed << ", allowed: 0 to " << labelMax << exit(FatalIOError);
-    }
-    if (outside != "clamp" && outside != "error")
-    {
-        FatalIOErrorInFunction(coeffs)
-            << "outOfRange: got " << outside << ", allowed: clamp, error" << exit(FatalIOError);
-    }
+    rebound::need(seed >= 0, coeffs, "seed", seed, "0 to " + Foam::name(labelMax));
+    rebound::need(outside == "clamp" || outside == "error", coeffs, "outOfRange", outside,
+        "clamp, error");
 
     seed_ = seed;
     refuseOutside_ = (outside == "error");
@@ -351,11 +334,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
 
     followSpin();
 
-    if (coeffs.template lookupOrDefault<Switch>("faceSums", false))
-    {
-        const bool works = rebound::gives(*table_, RBT_WORK_NORMAL);
-        sums_ = std::make_shared<faceSums>(cloud.mesh(), cloud.name(), works);
-    }
+    makeStatistics();
 }
 
 
@@ -396,11 +375,8 @@ bool Foam::TabulatedRebound<CloudType>::correct
 
     if (!stays) draw(p, pp, -nOut, Uwall, works);
 
-    if (sums_)
-    {
-        const vector after(stays ? vector(Zero) : p.U() - Uwall);
-        sums_->add(p, pp, nOut, Urelative, after, stays, works);
-    }
+    const vector after(stays ? vector(Zero) : p.U() - Uwall);
+    statistics_.add(p, pp, nOut, Urelative, after, stays, works);
 
     // A plane or wedge case cannot move a parcel out of its plane
     meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());

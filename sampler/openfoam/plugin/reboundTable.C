@@ -2,6 +2,7 @@
 #include "rebound_sampler.h"
 
 #include "reboundTable.H"
+#include "compatibility.H"
 #include "error.H"
 #include "mathematicalConstants.H"
 #include "stringOps.H"
@@ -20,12 +21,8 @@ std::shared_ptr<const rbt_table> Foam::rebound::openTable
     rbt_table* table = nullptr;
     const int code = rbt_open(path.c_str(), &table);
 
-    if (code < 0)
-    {
-        FatalIOErrorInFunction(coeffs)
-            << "tableFile: got " << path << ", allowed: a file that `sampler export` wrote ("
-            << rbt_strerror(code) << ")" << exit(FatalIOError);
-    }
+    need(code >= 0, coeffs, "tableFile", path,
+        string("a file that `sampler export` wrote (") + rbt_strerror(code) + ")");
 
     return std::shared_ptr<const rbt_table>(table, rbt_close);
 }
@@ -37,6 +34,15 @@ bool Foam::rebound::gives(const rbt_table& table, const int variable)
     const int n = rbt_components(&table, columns);
 
     return std::find(columns, columns + n, variable) != columns + n;
+}
+
+
+Foam::scalar Foam::rebound::highestSpeed(const rbt_table& table)
+{
+    rbt_range range;
+    rbt_covered(&table, &range);
+
+    return range.speed[1] < 1e300 ? range.speed[1] : 0;
 }
 
 

@@ -35,12 +35,8 @@ Foam::wallRoughness::wallRoughness(const dictionary& coeffs)
 
     tilt_ = degrees*degree;
 
-    if (!(tilt_ >= 0 && tilt_ <= RBT_MOST_ROUGHNESS))
-    {
-        FatalIOErrorInFunction(dict)
-            << "roughness.tilt_deg: got " << degrees << ", allowed: 0 to "
-            << RBT_MOST_ROUGHNESS/degree << exit(FatalIOError);
-    }
+    rebound::need(tilt_ >= 0 && tilt_ <= RBT_MOST_ROUGHNESS, dict, "roughness.tilt_deg", degrees,
+        "0 to " + name(RBT_MOST_ROUGHNESS/degree));
 }
 
 

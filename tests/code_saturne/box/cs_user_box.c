@@ -194,13 +194,13 @@ void cs_lagr_user_boundary_interaction(cs_lagr_particle_set_t *particles, cs_lnu
         record("hits", values, REBOUND_ATTRIBUTES + 15);
 }
 
-/* Centres of boundary faces, and sums; those of works are 0 where there are none. */
+/* Centres of boundary faces, sums and histograms, 0 where there are none. */
 static void record_faces(void)
 {
     static const char *const names[8] = {"hits",        "deposits",  "mass",        "energy_before",
                                          "energy_lost", "angle_deg", "work_normal", "work_shear"};
     for (cs_lnum_t face = 0; face < cs_glob_mesh->n_b_faces; face++) {
-        double values[11];
+        double values[3 + 8 + 20];
         char name[64];
         memcpy(values, cs_glob_mesh_quantities->b_face_cog + 3 * face, 3 * sizeof *values);
         for (int k = 0; k < 8; k++) {
@@ -208,7 +208,12 @@ static void record_faces(void)
             const cs_field_t *sums = cs_field_by_name_try(name);
             values[3 + k] = sums == NULL ? 0.0 : sums->val[face];
         }
-        record("faces", values, 11);
+        for (int k = 0; k < 20; k++) {
+            snprintf(name, sizeof name, "rebound_hits_of_%s_%d", k < 10 ? "angle" : "speed", k % 10);
+            const cs_field_t *hits = cs_field_by_name_try(name);
+            values[11 + k] = hits == NULL ? 0.0 : hits->val[face];
+        }
+        record("faces", values, 31);
     }
 }
 

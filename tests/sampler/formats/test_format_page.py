@@ -4,10 +4,8 @@ import pytest
 
 from sampler.errors import InputError
 from sampler.files import data_directory
-from sampler.formats import format_page, layout
-from sampler.formats.binary_layout import ARRAYS, HEADER
+from sampler.formats import format_page
 from sampler.formats.format_page import PAGE, filled_page
-from sampler.formats.layout import SPIN_DATASETS
 
 COMMAND = "python -m sampler.formats.format_page"
 
@@ -19,23 +17,6 @@ def page():
 
 def test_is_up_to_date(page):
     assert filled_page(page) == page, f"{PAGE} is out of date: {COMMAND}"
-
-
-def test_a_new_dataset_would_be_missed(page, monkeypatch):
-    extra = layout.Dataset("axes/new", "<u2", ("n_alpha", 3), "1", "something new")
-    monkeypatch.setattr(format_page, "DATASETS", (*layout.DATASETS, extra))
-    assert "| `axes/new` | uint16 | n_alpha, 3 | 1 | something new |" in filled_page(page)
-    assert filled_page(page) != page
-
-
-def test_lists_everything(page):
-    every = layout.DATASETS + SPIN_DATASETS
-    names = [dataset.path for dataset in every] + list(layout.ATTRIBUTES)
-    assert [name for name in names if f"| `{name}` |" not in page] == []
-    stored = [entry.name for entry in (*HEADER, *ARRAYS) if not entry.name.startswith("at_")]
-    assert [name for name in stored if f"  {name} " not in page] == []
-    dims = {dim for dataset in every for dim in dataset.dims if isinstance(dim, str)}
-    assert [dim for dim in sorted(dims) if f"`{dim}`" not in page] == []
 
 
 @pytest.mark.parametrize("line", ["<!-- begin datasets -->\n", "<!-- end binary -->\n"])

@@ -4,7 +4,7 @@ import runpy
 
 import pytest
 
-from sampler.errors import CODES, Code, InputError
+from sampler.errors import InputError
 from sampler.files import include_directory
 from sampler.formats import generated_code
 from sampler.formats.generated_code import PARTS, generated
@@ -27,12 +27,6 @@ def test_the_header_is_put_together_from_its_sections():
     assert text_of("rebound_sampler.h") == build["header"](), f"it is out of date: {command}"
     longest = max(len(text_of(f"src/{name}.h").splitlines()) for name in build["SECTIONS"])
     assert longest <= 500
-
-
-def test_a_new_code_would_be_missed(monkeypatch):
-    monkeypatch.setattr(generated_code, "CODES", (*CODES, Code("NEW", 16, "new")))
-    for name in ("src/public.h", "src/open.h", "../fortran/rebound_sampler.f90", "../EMBEDDING.md"):
-        assert "RBT_NEW" in generated(name, text_of(name))
 
 
 @pytest.mark.parametrize("name", PARTS)

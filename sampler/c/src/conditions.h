@@ -1,0 +1,182 @@
+/* -- spin draw, steps 1 to 3: the condition, its leaf, its features ---------------------------- */
+
+/* No weight counts below 2^-126. A clamped number is used in a loop of its own: compilers branch on a
+   number that may be a constant. */
+RBTI_INLINE RBT_DEVICE float rbti_least_power(float y)
+{
+    return y > -126.0f ? y : -126.0f;
+}
+
+/* 2^y of a number from -126 to 0; no library's, and the same in every language. */
+RBTI_INLINE RBT_DEVICE float rbti_power_of_two(float y)
+{
+    const int32_t n = (int32_t)(y - 0.5f);
+    const float r = y - (float)n;
+    const float p =
+        1.0f +
+        r * (0.6931471805599453f +
+             r * (0.2402265069591007f +
+                  r * (0.05550410866482158f +
+                       r * (0.009618129107628477f +
+                            r * (0.0013333558146428443f + r * 0.00015403530393381608f)))));
+    const uint32_t bits = (uint32_t)(n + 127) << 23;
+    float power;
+    memcpy(&power, &bits, sizeof power);
+    return p * power;
+}
+
+/* Logarithm to the base 2 of a positive number. */
+RBTI_INLINE RBT_DEVICE float rbti_logarithm_to_two(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    bits -= 0x3f3504f3u; /* 1 / sqrt(2) */
+    const float exponent = (float)((int32_t)bits >> 23);
+    bits = (bits & 0x7fffffu) + 0x3f3504f3u;
+    float mantissa;
+    memcpy(&mantissa, &bits, sizeof mantissa);
+    const float s = (mantissa - 1.0f) / (mantissa + 1.0f), q = s * s;
+    return exponent +
+           s * (2.8853900817779268f +
+                q * (0.9617966939259757f +
+                     q * (0.5770780163555854f +
+                          q * (0.41219858311113243f + q * 0.3205988979753252f))));
+}
+
+/* exp(-k V_e^n), from V_e. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_law *law,
+                                                       const double *effective, double *values)
+{
+    const float exponent = (float)law->speed_exponent, scale = -(float)law->speed_scale;
+    const double last = law->speed_last;
+    float y[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r) {
+        const float power = exponent * rbti_logarithm_to_two((float)(effective[r] / last));
+        y[r] = rbti_least_power(power < 0.0f ? power : 0.0f);
+    }
+    RBTI_EACH_DRAW(r) {
+        const float x = scale * rbti_power_of_two(y[r]);
+        y[r] = rbti_least_power(x * RBTI_LOG2_E);
+    }
+    RBTI_EACH_DRAW(r)
+        values[r] = (double)rbti_power_of_two(y[r]);
+}
+
+/* Moments of inertia of a grain over m a^2, the largest and the smallest. */
+RBTI_INLINE RBT_DEVICE void rbti_moments(const rbt_spin_law *law, int32_t shape, double b_a,
+                                         double c_b, double moments[2])
+{
+    const double *of = law->shape_inertia + 2 * shape, b = b_a * b_a;
+    moments[0] = of[0] * (1.0 + b);
+    moments[1] = of[1] * b * (1.0 + c_b * c_b);
+}
+
+RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_spin_law *law,
+                                              rbti_spin_draws *d, double *largest)
+{
+    const double *ratios = d->inputs + RBTI_IN_B_A * m;
+    RBTI_EACH_DRAW(r) {
+        double moments[2];
+        rbti_moments(law, d->shape[r], ratios[r], ratios[m + r], moments);
+        largest[r] = moments[0];
+        d->smallest[r] = moments[1];
+    }
+}
+
+/* What the components of a spin are divided by. One beyond the law has the largest |s| of the law. */
+RBTI_INLINE RBT_DEVICE double rbti_spin_divisor(double square, double most)
+{
+    const double covered = square < most ? square : most;
+    const double beyond = square > most ? sqrt(square / most) : 1.0;
+    return sqrt(sqrt(1.0 + covered)) * beyond;
+}
+
+/* -1 if a draw is of the mirror image of its condition, else 1. So sigma_x becomes positive. Within
+   RBTI_FOLD of 0 it is of either image, by a chance that goes from 0 to 1 across the fold: so the law
+   is continuous there, and mirror images of a condition have mirror images of one law. The chance takes
+   the bits of words 0 and 1 that step 4 leaves. */
+RBTI_INLINE RBT_DEVICE double rbti_mirror_sign(double sigma_x, uint32_t word_0, uint32_t word_1)
+{
+    const double chance = 0.5 + sigma_x * (0.5 / RBTI_FOLD);
+    const uint32_t bits = (word_0 & 0xffu) << 8 | (word_1 & 0xffu);
+    return ((double)(int32_t)bits + 0.5) / 65536.0 < chance ? 1.0 : -1.0;
+}
+
+/* Step 1: inputs of the condition. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
+{
+    double effective[RBTI_BLOCK] RBTI_ALIGNED, largest[RBTI_BLOCK] RBTI_ALIGNED;
+    double *inputs = d->inputs;
+    rbti_fill_moments(m, law, d, largest);
+    RBTI_EACH_DRAW(r) {
+        const double x = d->spin[r], y = d->spin[m + r], z = d->spin[2 * m + r];
+        const double square = rbti_square(x, y, z);
+        const double divisor = rbti_spin_divisor(square, law->most_spin);
+        const double sign = rbti_mirror_sign(x / divisor, d->words[r], d->words[m + r]);
+        const double sigma_x = sign * (x / divisor), sigma_y = sign * y / divisor;
+        const double sigma_z = z / divisor;
+        const double speed = d->speed[r] * rbti_spin_factor(x, y, z);
+        effective[r] = rbti_bounded(speed, law->speed_first, law->speed_last);
+        inputs[RBTI_IN_ROOT_ANGLE * m + r] =
+            sqrt(rbti_bounded(d->alpha1[r], law->alpha_first, law->alpha_last));
+        inputs[RBTI_IN_SIGMA_X * m + r] = sigma_x;
+        inputs[RBTI_IN_SIGMA_Y * m + r] = sigma_y;
+        inputs[RBTI_IN_SIGMA_Z * m + r] = sigma_z;
+        inputs[RBTI_IN_SQUARE * m + r] = rbti_square(sigma_x, sigma_y, sigma_z);
+        d->factor[r] = sqrt(1.0 + largest[r] * square);
+        d->sign[r] = sign;
+    }
+    rbti_fill_speed_coordinate(m, law, effective, inputs + RBTI_IN_SPEED * m);
+}
+
+/* Prefetch 16-bit numbers of a table. */
+RBTI_INLINE RBT_DEVICE void rbti_prefetch(const int16_t *numbers, size_t count)
+{
+    for (size_t k = 0; k < count; k += RBTI_LINE)
+        RBTI_PREFETCH(numbers + k);
+}
+
+/* Step 2: leaf of each draw in the tree of its shape. A negative child is the leaf -1 - child. */
+RBTI_INLINE RBT_DEVICE void rbti_find_leaves(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
+{
+    const size_t numbers = RBTI_FEATURES * RBTI_GROUPS;
+    RBTI_EACH_DRAW(r) {
+        int32_t node = law->roots[d->shape[r]];
+        while (node >= 0) {
+            const double value = d->inputs[(size_t)law->node_axis[node] * m + r];
+            node = law->node_child[2 * node + (value >= law->node_cut[node])];
+        }
+        d->leaf[r] = -1 - node;
+        RBTI_PREFETCH(law->inputs + 2 * RBTI_INPUTS * (size_t)d->leaf[r]);
+    }
+    RBTI_EACH_DRAW(r)
+        rbti_prefetch(law->group_gates + numbers * (size_t)d->leaf[r], numbers);
+}
+
+/* Step 3: 1, the inputs t less the middle of the leaf, the products of two conditions. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law,
+                                               rbti_spin_draws *d)
+{
+    float *features = d->features;
+    RBTI_EACH_DRAW(r)
+        features[r] = 1.0f;
+    for (size_t k = 0; k < RBTI_INPUTS; k++) {
+        const double *inputs = d->inputs + (k < RBTI_IN_SQUARE ? k : k + 1) * m; /* without it */
+        float middle[RBTI_BLOCK] RBTI_ALIGNED, scale[RBTI_BLOCK] RBTI_ALIGNED;
+        RBTI_EACH_DRAW(r) {
+            const float *of = law->inputs + 2 * RBTI_INPUTS * (size_t)d->leaf[r] + k;
+            middle[r] = of[0];
+            scale[r] = of[RBTI_INPUTS];
+        }
+        RBTI_EACH_DRAW(r)
+            features[(1 + k) * m + r] = ((float)inputs[r] - middle[r]) * scale[r];
+    }
+    float *product = features + (1 + RBTI_INPUTS) * m;
+    for (size_t i = 1; i <= RBTI_CONDITIONS; i++) {
+        for (size_t j = i; j <= RBTI_CONDITIONS; j++) {
+            RBTI_EACH_DRAW(r)
+                product[r] = features[i * m + r] * features[j * m + r] - (i == j ? 0.5f : 0.0f);
+            product += m;
+        }
+    }
+}

@@ -1,0 +1,109 @@
+/* -- spin draw, all steps ---------------------------------------------------------------------- */
+
+/* Draws with conditions that may be drawn at. Word 8 belongs to no outcome. */
+RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt_table *table,
+                                            uint64_t seed, const rbti_grains *grains,
+                                            const uint64_t *index, const uint32_t *hit,
+                                            size_t count, int variables, rbti_spin_draws *d,
+                                            double *states)
+{
+    const rbt_spin_law *law = &table->spin;
+    double *ratios = d->inputs + RBTI_IN_B_A * m;
+    for (uint32_t block = 0; block < (outcomes > 6 ? 3u : 2u); block++)
+        rbti_fill_words(m, block, seed, index, hit, count, d->words + 4 * block * m);
+    if (grains->given)
+        rbti_take_grains(m, law, grains->given, count, d->shape, ratios);
+    else
+        rbti_fill_grains(m, law, grains->seed, grains->fresh, index, hit, count, d->shape, ratios);
+    rbti_fill_inputs(m, law, d);
+    rbti_find_leaves(m, law, d);
+    rbti_fill_features(m, law, d);
+    rbti_choose_expert(m, outcomes, law, d);
+    for (size_t row = 0; row < outcomes; row++)
+        rbti_fill_normals(m, table->normals, d->words + rbti_word_of_normal(row) * m,
+                          d->scores + row * m);
+    if (outcomes == RBTI_OUTCOMES) /* as most laws have */
+        rbti_fill_scores(m, RBTI_OUTCOMES, law, d);
+    else
+        rbti_fill_scores(m, RBTI_MOST_OUTCOMES, law, d);
+    rbti_find_knots(m, (int32_t)outcomes, law, d);
+    rbti_fill_outcomes(m, (int32_t)outcomes, law, d);
+    if (table->n_laws > 0)
+        rbti_add_spheres(m, table, d);
+    rbti_to_spin_states(m, count, outcomes, variables, table, d, states);
+}
+
+/* One draw of the first six or of all variables. */
+RBTI_CLONES
+RBTI_APART RBT_DEVICE void rbti_draw_spin(const rbt_table *table, double alpha1, double speed,
+                                          const double spin[3], uint64_t seed,
+                                          const rbti_grains *grains, uint64_t index, uint32_t hit,
+                                          int variables, double *state)
+{
+    rbti_spin_draws draws;
+    draws.alpha1[0] = alpha1;
+    draws.speed[0] = speed;
+    memcpy(draws.spin, spin, 3 * sizeof *spin);
+    if (table->spin.n_outcomes == RBTI_OUTCOMES) /* a number that the compiler knows */
+        rbti_spin_steps(1, RBTI_OUTCOMES, table, seed, grains, &index, &hit, 1, variables, &draws,
+                        state);
+    else
+        rbti_spin_steps(1, RBTI_MOST_OUTCOMES, table, seed, grains, &index, &hit, 1, variables,
+                        &draws, state);
+}
+
+#ifdef RBTI_BLOCKS
+
+/* As rbti_take_conditions; spin and given grains may be NULL. */
+RBTI_INLINE void rbti_take_spin_conditions(const rbt_table *table, const rbt_conditions *given,
+                                           size_t first, size_t count, rbti_spin_draws *d,
+                                           int *codes)
+{
+    const size_t m = RBTI_BLOCK;
+    const double none[3] = {0.0, 0.0, 0.0};
+    double *x = d->spin, *y = x + m, *z = y + m;
+    int bad = given->grain != NULL;
+    RBTI_EACH_DRAW(r) {
+        const size_t k = first + (r < count ? r : count - 1);
+        const double *spin = given->spin ? given->spin + 3 * k : none;
+        d->alpha1[r] = given->alpha1[k];
+        d->speed[r] = given->speed[k];
+        x[r] = spin[0];
+        y[r] = spin[1];
+        z[r] = spin[2];
+    }
+    RBTI_EACH_DRAW(r) {
+        codes[r] = rbti_spin_flags(table, d->alpha1[r], d->speed[r], x[r], y[r], z[r]);
+        bad |= rbti_spin_is_bad(d->alpha1[r], d->speed[r], x[r], y[r], z[r]);
+    }
+    for (size_t r = 0; r < m && bad; r++) {
+        const size_t k = first + (r < count ? r : count - 1);
+        const int error = rbti_spin_error(table, d->alpha1[r], d->speed[r], x[r], y[r], z[r],
+                                          rbti_vector_of(given->grain, k));
+        if (error < RBT_OK) {
+            codes[r] = error;
+            d->alpha1[r] = table->alpha.first;
+            d->speed[r] = table->speed.first;
+            x[r] = y[r] = z[r] = 0.0;
+        }
+    }
+}
+
+/* Draws of a block of rows, and their codes; without `states` the codes alone. */
+RBTI_BATCH_CLONES
+static void rbti_draw_spins(const rbt_table *table, const rbt_conditions *given, size_t first,
+                            size_t count, uint64_t seed, int variables, double *states, int *codes)
+{
+    const rbti_grains grains = {rbti_vector_of(given->grain, first), seed, given->fresh};
+    rbti_spin_draws draws RBTI_ALIGNED;
+    rbti_take_spin_conditions(table, given, first, count, &draws, codes);
+    if (states)
+        rbti_spin_steps(RBTI_BLOCK, (size_t)table->spin.n_outcomes, table, seed, &grains,
+                        given->index + first, given->hit + first, count, variables, &draws, states);
+}
+
+#endif
+
+#if defined(__GNUC__) && !defined(__clang__) && !defined(RBTI_GPU)
+#pragma GCC pop_options
+#endif
