@@ -1,5 +1,5 @@
 import pytest
-from synthetic_table import make_contents
+from synthetic_table import make_contents, make_datasets
 
 import sampler
 from sampler.formats.hdf5 import write_table
@@ -21,3 +21,9 @@ def table_path(contents, tmp_path_factory):
 def table(table_path):
     """A fresh table, with its own count of clamped draws."""
     return sampler.load(table_path)
+
+
+@pytest.fixture(scope="session")
+def standard_table():
+    """A table whose marginals are exactly its quantile functions."""
+    return sampler.Table(make_contents(make_datasets(standard=True)))

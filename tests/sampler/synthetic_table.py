@@ -94,19 +94,30 @@ def class_parts(first_of_class, n_components):
     return [slice(a, b) for a, b in zip(first_of_class, ends, strict=True)]
 
 
-def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, reflection=HALF):
-    """Datasets by path; the marginals at the nodes are `channel_quantiles`."""
+def make_datasets(seed=1, alpha_deg=ALPHA_DEG, speed=SPEED, standard=False, reflection=HALF):
+    """Datasets by path.
+
+    With ``standard`` there is one class, and its mixture is one correlated normal law with standard
+    marginals. Else there are two classes of several components. Either way the marginals at the
+    nodes are `channel_quantiles`.
+    """
     rng = np.random.default_rng(seed)
     shape = (len(alpha_deg), len(speed))
     knots = np.linspace(-VARIATE_MAX, VARIATE_MAX, N_KNOTS)
-    n, n_classes = N_COMPONENTS, 2
+    n, n_classes = (1, 1) if standard else (N_COMPONENTS, 2)
     quantiles = np.empty((*shape, n_classes, 6, N_KNOTS))
     first_of_class = np.zeros((*shape, n_classes), dtype=np.int64)
     probability, index = np.empty((*shape, n)), np.empty((*shape, n), dtype=np.int64)
     mean, cholesky = np.empty((*shape, n, 6)), np.empty((*shape, n, 21))
     for i, j in np.ndindex(*shape):
         weight, centre, covariance = _mixture(rng, n)
-        first_of_class[i, j] = FIRST_OF_CLASS[(i + j) % 2]
+        if standard:
+            sd = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+            centre, covariance = 0.0 * centre, covariance / (sd[:, :, None] * sd[:, None, :])
+            # Reflection at random removes correlations between the two halves: leave none.
+            covariance[:, :3, 3:] = covariance[:, 3:, :3] = 0.0
+        else:
+            first_of_class[i, j] = FIRST_OF_CLASS[(i + j) % 2]
         for kind, part in enumerate(class_parts(first_of_class[i, j], n)):
             own = weight[part] / weight[part].sum(), centre[part], covariance[part]
             p = _probabilities(*_mirrored(*own, reflection / 4096.0), knots)

@@ -1,12 +1,22 @@
 """What physics forbids never comes out of the shipped table: a billion draws over its domain."""
 
+from itertools import product
+
 import numba
 import numpy as np
 import pytest
+from scipy.stats import ks_2samp
 
 import sampler
 
 N, BATCH = 1_000_000_000, 10_000_000
+WITH_SPIN = [
+    "corundum-steel",
+    "corundum-steel-compact",
+    "forder-1998",
+    "wakeman-tabakoff-1981",
+    "grant-tabakoff-1975",
+]
 
 
 @numba.njit(nogil=True)
@@ -44,3 +54,24 @@ def test_a_million_draws():
 @pytest.mark.study
 def test_a_billion_draws():
     assert _draw_and_count(N) == 0
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("name", WITH_SPIN)
+def test_mirror_images_in_the_plane_of_impact(name):
+    """Differ by chance alone: false-alarm rate 1e-3 of a table, by Kolmogorov's bound."""
+    table, n = sampler.load(name), 200_000
+    index, angles = np.arange(n), np.radians([2.0, 10.0, 30.0, 60.0, 85.0])
+    bound = np.sqrt(np.log(2.0 * 6 * 3 * len(angles) / 1e-3) / n)
+    for alpha1, (x, y, z) in product(angles, [(0, 1.5, 0.2), (0, 3.5, -1), (0, 0, 0.8)]):
+        sides = [
+            table.sample(
+                alpha1, 100.0, spin=(x, side * y, z), seed=int(side + 9), index=index, hit=2
+            )
+            for side in (1.0, -1.0)
+        ]
+        mirrored = sides[1] * [1.0, 1.0, -1.0, -1.0, -1.0, 1.0]
+        assert ks_2samp(sides[0], mirrored).statistic.max() < bound
+        if y == 0:
+            across = sides[0][:, 2:5]
+            assert (np.abs(across.mean(axis=0)) < 3.5 * across.std(axis=0) / np.sqrt(n)).all()
