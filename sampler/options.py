@@ -241,23 +241,20 @@ def json_file(help_text: str) -> Callable[[Decorated], Decorated]:
     return click.option("--json", "json_file", type=OUTPUT, metavar="F", help=help_text)
 
 
-def output(
-    metavar: str, help_text: str = "File to write.", *, keeps: bool = False
-) -> Callable[[Decorated], Decorated]:
-    """Add ``output`` to a command: the file that it writes, which must be given.
+def output(metavar: str, help_text: str = "File to write.") -> Callable[[Decorated], Decorated]:
+    """Add ``output`` to a command: the file that it writes, which must be given."""
+    return click.option("--output", required=True, type=OUTPUT, metavar=metavar, help=help_text)
 
-    A command that works long ``keeps`` a file that exists, but with ``--overwrite``.
-    """
-    named = click.option("--output", required=True, type=OUTPUT, metavar=metavar, help=help_text)
-    flag = click.option(
-        "--overwrite",
-        is_flag=True,
-        is_eager=True,
-        expose_value=False,
-        callback=lambda ctx, _, value: ctx.meta.update({_OVERWRITE: value}),
-        help="Replace an output that exists.",
-    )
-    return (lambda command: named(flag(command))) if keeps else named
+
+#: Makes a command keep outputs that exist, unless it is told otherwise: for those that work long.
+overwrite = click.option(
+    "--overwrite",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=lambda ctx, _, value: ctx.meta.update({_OVERWRITE: value}),
+    help="Replace outputs that exist.",
+)
 
 
 def seed(help_text: str) -> Callable[[Decorated], Decorated]:

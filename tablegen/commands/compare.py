@@ -47,6 +47,7 @@ from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
 @options.threads
 @options.json_file("Write every number.")
 @shared.picture("Draw means, with bands of one standard deviation, against the angle.")
+@options.overwrite
 @options.progress
 def compare(
     pairs: tuple[str, ...],

@@ -30,6 +30,7 @@ from sampler.options import DONE
 @options.seed("Seed of every sample.")
 @options.json_file("Write every number.")
 @options.html_file
+@options.overwrite
 @options.progress
 def report(
     table: str,

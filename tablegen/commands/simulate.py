@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 @click.option("--count", required=True, type=options.COUNT, metavar="N", help="Particles.")
 @click.option("--seed", required=True, type=options.SEED, metavar="S", help="Random seed.")
 @options.output("F.npz", "Write every rebound.")
+@options.overwrite
 @click.option("--aspect", type=shared.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b.")
 @click.option(
     "--spin",

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
 @click.option("--store", is_flag=True, help="Store the distances between nodes in the table.")
 @options.json_file("Write every number.")
 @options.html_file
+@options.overwrite
 @click.option("--details", is_flag=True, help="Every condition: distances, means and modes.")
 @options.progress
 def validate(

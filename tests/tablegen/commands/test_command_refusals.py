@@ -1,16 +1,10 @@
 """Bad input on the command line: one line, status 2, and nothing left behind."""
 
-import importlib
-
 import pytest
 from command_line import SIMULATE, flags
-from tiny_tables import REFINE, ROUGH
+from tiny_tables import ROUGH
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
-
-#: The modules; in the package their names stand for the functions.
-SIMULATION = importlib.import_module("tablegen.simulation.simulate")
-VALIDATION = importlib.import_module("tablegen.accuracy.validate")
 
 
 @pytest.mark.parametrize(
@@ -43,32 +37,31 @@ def test_missing_and_unknown_words_are_named(refused):
 
 
 @pytest.mark.parametrize(
-    ("words", "flag"),
+    ("words", "flag", "name"),
     [
-        (("simulate", *flags(SIMULATE, {})), "--output"),
-        (("generate", "corundum-steel"), "--output"),
-        (("validate", "corundum-steel"), "--html"),
-        (("report",), "--html"),
-        (("stability",), "--html"),
+        (("simulate", *flags(SIMULATE, {})), "--output", "r.npz"),
+        (("demo",), "--output", "demo.h5"),
+        (("generate", "demo"), "--output", "t.h5"),
+        (("prune", "corundum-steel", "--scene", "plane-flow"), "--output", "t.h5"),
+        (("calibrate", "grant-tabakoff-1975"), "--output", "t.toml"),
+        (("compare", "demo", "--measured", "grant-tabakoff-1975"), "--json", "c.json"),
+        (("validate", "corundum-steel"), "--html", "v.html"),
+        (("report",), "--json", "r.json"),
+        (("stability",), "--html", "s.html"),
     ],
 )
-def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, words, flag):
-    for place, work in (
-        (SIMULATION, "simulate_condition"),
-        (VALIDATION, "validate"),
-        (REFINE, "fit_node"),
-        ("tablegen.evidence.report", "measure_report"),
-        ("tablegen.evidence.stability", "run_study"),
-    ):
-        module = importlib.import_module(place) if isinstance(place, str) else place
-        monkeypatch.setattr(module, work, None)
-    for path, reason in (
-        (tmp_path / "none" / "f", "a folder that exists"),
-        (tmp_path, "a folder, allowed: a file name"),
+def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, words, flag, name):
+    monkeypatch.setattr("sampler.files.find_file", None)  # no input is looked for either
+    kept = tmp_path / name
+    kept.write_text("mine")
+    for path, allowed in (
+        (tmp_path / "none" / name, "a file in a folder that exists"),
+        (tmp_path, "a file name"),
+        (kept, "a new name, or --overwrite"),
     ):
         line = refused(*words, flag, path)
-        assert flag in line
-        assert reason in line
+        assert f"'{flag}': got {path}" in line
+        assert line.endswith(f"allowed: {allowed}")
 
 
 def test_configurations_that_cannot_be_used(refused, tmp_path):

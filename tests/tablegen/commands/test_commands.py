@@ -35,7 +35,7 @@ class TestSimulate:
         def runner(**changes):
             output = tmp_path / "rebounds.npz"
             words = flags(SIMULATE, {f"--{name}": value for name, value in changes.items()})
-            ended = run("simulate", *words, "--output", output, "--quiet")
+            ended = run("simulate", *words, "--output", output, "--overwrite", "--quiet")
             assert (ended.status, ended.out) == (DONE, "")
             with np.load(output) as file:
                 return SimpleNamespace(err=ended.err, files=file.files, **dict(file.items()))
