@@ -20,5 +20,5 @@ napoleon_use_ivar = True
 # several records have a field of the same name
 suppress_warnings = ["ref.python"]
 html_theme = "furo"
-html_copy_source = False
+html_copy_source = html_show_copyright = html_use_index = html_domain_indices = False
 html_static_path = html_css_files = ["site.css"]

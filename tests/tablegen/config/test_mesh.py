@@ -201,7 +201,7 @@ class TestCommand:
     def simulate(self, run, folder, mesh):
         path = written(folder, "mesh.stl", mesh)
         changes = {"--shape": None, "--particle": path, "--output": folder / "r.npz"}
-        ended = run("simulate", *flags(SIMULATE, changes), "--quiet")
+        ended = run("simulate", *flags(SIMULATE, changes), "--overwrite", "--quiet")
         assert (ended.status, ended.out) == (DONE, "")
         people = POPULATION.of_mesh(read_mesh(path))
         with np.load(folder / "r.npz") as file:
