@@ -14,6 +14,8 @@ include_patterns = ["*.md", "docs/*.md", "sampler/**.md", "tablegen/**.md", "tab
 myst_heading_anchors = 4
 autodoc_member_order = "bysource"
 autodoc_default_options = {"exclude-members": "model_config, model_post_init"}
+# docstrings give the types; numpy's, written out, take ten lines a function
+autodoc_typehints = "none"
 default_role = "py:obj"
 # fields of a record stand in its docstring or at the field
 napoleon_use_ivar = True
