@@ -135,11 +135,9 @@ def test_a_light_installation_draws_exports_and_lists(light):
     assert "corundum-steel-compact" in call(light.programs / "sampler", "list", folder=light.work)
 
 
-@pytest.mark.parametrize("words", [("tablegen", "demo"), ("python", "-m", "tablegen", "--help")])
-def test_a_light_installation_names_what_the_generator_needs(light, words):
-    program, *rest = words
+def test_a_light_installation_names_what_the_generator_needs(light):
     before = set(light.work.iterdir())
-    said = call(light.programs / program, *rest, folder=light.work, status=2)
+    said = call(light.programs / "tablegen", "demo", folder=light.work, status=2)
     assert said.startswith("tablegen: error: the generator is not installed, allowed after: pip ")
     assert said.count("\n") == 1
     assert set(light.work.iterdir()) == before

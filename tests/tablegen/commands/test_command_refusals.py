@@ -63,6 +63,14 @@ def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, wor
         assert line.endswith(f"allowed: {allowed}")
 
 
+def test_files_beside_an_output_are_kept(refused, tmp_path):
+    page, picture = tmp_path / "paper.html", tmp_path / "demo.png"
+    for path in (page, picture):
+        path.write_text("mine")
+    assert f"'--output': got {page}" in refused("figures", "--output", tmp_path)
+    assert f"'--output': got {picture}" in refused("demo", "--output", tmp_path / "demo.h5")
+
+
 @pytest.mark.parametrize(
     ("words", "named"),
     [

@@ -25,10 +25,6 @@ from tablegen.tables.refine import refine_grid
 pytestmark = pytest.mark.usefixtures("quick_classifier")
 
 
-def test_version(run):
-    assert run("--version").out == f"tablegen, version {sampler.__version__}\n"
-
-
 class TestSimulate:
     @pytest.fixture
     def simulated(self, run, tmp_path):

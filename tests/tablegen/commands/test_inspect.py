@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 
-import numpy as np
 from command_line import DONE
 from corrupt_tables import declaring, forged
 from tiny_tables import TINY
@@ -26,13 +25,9 @@ def test_describes_the_table(run, tiny):
 def test_json_has_what_the_table_has(run, refused, tiny):
     facts, table = json.loads(run("inspect", tiny.path, "--json").out), sampler.load(tiny.path)
     assert facts["components"] == list(table.columns)
-    assert facts["alpha_deg"] == [35.0, 45.0]
-    assert facts["speed"] == [60.0, 300.0]
-    assert facts["content_sha256"] == table.contents.content_sha256
+    assert (facts["alpha_deg"], facts["speed"]) == ([35.0, 45.0], [60.0, 300.0])
     assert facts["bytes_in_memory"] == table.nbytes
-    assert facts["accuracy"].keys() == table.accuracy.keys()
-    for name, values in table.accuracy.items():
-        np.testing.assert_array_equal(facts["accuracy"][name], values)
+    assert facts["accuracy"] == {name: x.tolist() for name, x in table.accuracy.items()}
     assert facts["declared"] == {name: getattr(TINY.accuracy, name) for name in facts["worst"]}
     assert facts["worst"]["ks"] == table.accuracy["ks"].max()
     assert refused("inspect", tiny.path, "--json", "--config").startswith("--json: got it with")
