@@ -50,7 +50,8 @@ def call(*words, folder, status=0, **variables):
 def built(tmp_path_factory):
     pytest.importorskip("build")
     folder = tmp_path_factory.mktemp("dist")
-    call(sys.executable, "-m", "build", "--outdir", folder, ROOT, folder=folder)
+    words = (sys.executable, "-m", "build", "--outdir", folder, ROOT)
+    call(*words, folder=folder, PATH=str(folder), CC=None)  # pip fetches a compiler
     (wheel,), (source,) = folder.glob("*.whl"), folder.glob("*.tar.gz")
     return SimpleNamespace(wheel=wheel, source=source)
 
