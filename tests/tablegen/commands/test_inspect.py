@@ -1,7 +1,11 @@
 """``tablegen inspect``: what a table is, for people and for programs."""
 
 import json
+import shutil
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 from command_line import DONE
 from corrupt_tables import declaring, forged
@@ -57,3 +61,11 @@ def test_declared_accuracy_of_a_preset_and_of_nonsense(tiny):
     assert identity(compact)["declared"] == {**PRESETS["compact"], "ks": 0.5}
     unreadable = replace(contents, config='accuracy.ks = "small"')
     assert "declared          ?" in identity_text(unreadable)
+
+
+def test_script(tiny, tmp_path):
+    """In a process of its own, away from the source tree."""
+    script = shutil.which("tablegen", path=str(Path(sys.executable).parent))
+    assert script, "the package is not installed in this environment"
+    words = [script, "inspect", str(tiny.path)]
+    assert "corundum-steel" in subprocess.check_output(words, cwd=tmp_path, text=True)

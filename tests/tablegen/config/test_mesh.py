@@ -5,11 +5,10 @@ import pickle
 
 import numpy as np
 import pytest
+import tomli_w
 import trimesh
-from command_line import DONE, SIMULATE, flags
 from mesh_fixtures import (
     KNOWN,
-    POPULATION,
     box,
     grain,
     known_body,
@@ -21,9 +20,8 @@ from mesh_fixtures import (
 from refusals import refused
 
 import tablegen
-from sampler.errors import InputError
 from sampler.files import data_directory
-from tablegen.config.config import parse_config
+from tablegen.config.config import load_config, parse_config
 from tablegen.config.mesh import SUFFIXES, mesh_particle, read_mesh
 from tablegen.model.shapes import FIRST_MESH
 
@@ -176,51 +174,17 @@ class TestConfig:
         states = [rebounds(c.population, 500, seed=1).state for c in (config, again)]
         np.testing.assert_array_equal(*states)
 
-    def meshes_alone(self, folder, more=""):
-        """Pair file whose population has meshes, and nothing else but ``more``."""
-        written(folder, "grain.ply", surface(grain(60)))
-        before, _, rest = PAIR_TEXT.partition("[population]")
-        after = (
-            f'[[population.meshes]]\nfile = "grain.ply"\n[domain]{rest.partition("[domain]")[2]}'
-        )
-        return parse_config(before + more + after, "my.toml", folder)
+    def meshes_alone(self, **shapes):
+        """Configuration whose population has a mesh, and some shapes, but no law of ratios."""
+        tree = load_config("corundum-steel").model_dump(mode="json", exclude_none=True)
+        tree["population"] = {"meshes": [{"vertices": grain(60).tolist()}], "shapes": shapes}
+        return parse_config(tomli_w.dumps(tree), "my.toml")
 
-    def test_meshes_and_spheres_need_no_ratios(self, tmp_path):
-        config = self.meshes_alone(tmp_path)
+    def test_meshes_and_spheres_need_no_ratios(self):
+        config = self.meshes_alone()
         assert config.population.kernel_arguments().shape_codes.tolist() == [FIRST_MESH]
         assert set(tablegen.simulate(config, 0.7, 200.0, 20, seed=1).shape) == {5}
-        with pytest.raises(InputError, match=r"^aspect: missing for prism, allowed: "):
-            config.population.restricted_to("prism").kernel_arguments()
-        config = self.meshes_alone(tmp_path, "[population.shapes]\nsphere = 1.0\n")
+        refused("aspect", config.population.restricted_to("prism").kernel_arguments)
+        config = self.meshes_alone(sphere=1.0)
         assert config.population.kernel_arguments().shape_codes.tolist() == [4, FIRST_MESH]
-        line = refused("my.toml", self.meshes_alone, tmp_path, "[population.shapes]\nprism = 1.0\n")
-        assert "population.aspect: missing" in line
-
-
-class TestCommand:
-    def simulate(self, run, folder, mesh):
-        path = written(folder, "mesh.stl", mesh)
-        changes = {"--shape": None, "--particle": path, "--output": folder / "r.npz"}
-        ended = run("simulate", *flags(SIMULATE, changes), "--overwrite", "--quiet")
-        assert (ended.status, ended.out) == (DONE, "")
-        people = POPULATION.of_mesh(read_mesh(path))
-        with np.load(folder / "r.npz") as file:
-            assert set(file["shape"]) == {5}
-            np.testing.assert_array_equal(file["state"], rebounds(people, 300, seed=1).state)
-        return ended.err
-
-    def test_simulate(self, run, tmp_path):
-        assert self.simulate(run, tmp_path, surface(grain(60))) == ""
-        assert self.simulate(run, tmp_path, two_cubes()) == (
-            "tablegen: note: mesh.stl is not convex; its convex hull, of 1.5 times its volume, is "
-            "simulated\n"
-        )
-
-    def test_refusals(self, refused, tmp_path):
-        output = {"--output": tmp_path / "r.npz"}
-        for changes, reason in (
-            ({"--particle": "grain.stl"}, "'--shape' or '--particle': got both, allowed: one of"),
-            ({"--shape": None}, "'--shape' or '--particle': missing, allowed: one of them"),
-            ({"--shape": None, "--particle": "none.stl"}, "particle: got none.stl, allowed"),
-        ):
-            assert reason in refused("simulate", *flags(SIMULATE, changes | output))
+        refused("my.toml: population.aspect", self.meshes_alone, prism=1.0)
