@@ -14,11 +14,13 @@ include_patterns = ["*.md", "docs/*.md", "sampler/**.md", "tablegen/**.md", "tab
 myst_heading_anchors = 4
 autodoc_member_order = "bysource"
 autodoc_default_options = {"exclude-members": "model_config, model_post_init"}
+# docstrings give the types; numpy's, written out, take ten lines a function
+autodoc_typehints = "none"
 default_role = "py:obj"
 # fields of a record stand in its docstring or at the field
 napoleon_use_ivar = True
 # several records have a field of the same name
 suppress_warnings = ["ref.python"]
 html_theme = "furo"
-html_copy_source = False
+html_copy_source = html_show_copyright = html_use_index = html_domain_indices = False
 html_static_path = html_css_files = ["site.css"]

@@ -138,8 +138,8 @@ def list_names(as_json: bool) -> int:
 
     A name stands for its file wherever a command takes one of them.
     """
-    found = catalogue()
-    click.echo(json_text(found).rstrip() if as_json else _catalogue_text(found))
+    names = catalogue()
+    click.echo(json_text(names).rstrip() if as_json else _catalogue_text(names))
     return DONE
 
 
@@ -191,19 +191,19 @@ def _scene_text(scene: Mapping[str, Any]) -> str:
     return ", ".join(filter(None, parts))
 
 
-def _catalogue_text(found: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
+def _catalogue_text(known: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str:
     """Write a catalogue for people, one line a name."""
     lines = {
         "tables": {
             name: ", ".join(
                 [table["covers"], " ".join(table["components"]), f"{table['bytes'] / 1e6:.1f} MB"]
             )
-            for name, table in found["tables"].items()
+            for name, table in known["tables"].items()
         },
-        "pairs": {n: f"{pair['particle']} on {pair['wall']}" for n, pair in found["pairs"].items()},
-        "scenes": {name: _scene_text(scene) for name, scene in found["scenes"].items()},
+        "pairs": {n: f"{pair['particle']} on {pair['wall']}" for n, pair in known["pairs"].items()},
+        "scenes": {name: _scene_text(scene) for name, scene in known["scenes"].items()},
         "measurements": {
-            name: about.get("title", "") for name, about in found["measurements"].items()
+            name: about.get("title", "") for name, about in known["measurements"].items()
         },
     }
     width = max((len(name) for named in lines.values() for name in named), default=0)

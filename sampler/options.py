@@ -91,21 +91,21 @@ def run_program(program: Program, argv: Sequence[str] | None, context: Any = Non
         click.echo(error.format_message())
         return BAD_INPUT
     except (click.Abort, KeyboardInterrupt) as error:
-        said = ": ".join(["interrupted", *map(str, error.args)])
-        return ended(program, INTERRUPTED, said)
+        line = ": ".join(["interrupted", *map(str, error.args)])
+        return ended(program, INTERRUPTED, line)
     except click.ClickException as error:
         return ended(program, BAD_INPUT, f"error: {error.format_message()}")
     except InputError as error:
         return ended(program, BAD_INPUT, f"error: {error}")
     except MemoryError:
-        told = "error: not enough memory, allowed: a smaller count, or fewer samples"
-        return ended(program, BAD_INPUT, told)
+        line = "error: not enough memory, allowed: a smaller count, or fewer samples"
+        return ended(program, BAD_INPUT, line)
     except OSError as error:  # of the system: a full disk, a file that went away
         return ended(program, FAILED, f"error: {error}")
     except Exception as error:
         traceback.print_exception(error)
-        told = f"error: a defect of the program, please report it; {type(error).__name__}: {error}"
-        return ended(program, FAILED, told)
+        line = f"error: a defect of the program, please report it; {type(error).__name__}: {error}"
+        return ended(program, FAILED, line)
 
 
 def ended(program: Program, status: int, line: str) -> int:
@@ -241,23 +241,20 @@ def json_file(help_text: str) -> Callable[[Decorated], Decorated]:
     return click.option("--json", "json_file", type=OUTPUT, metavar="F", help=help_text)
 
 
-def output(
-    metavar: str, help_text: str = "File to write.", *, keeps: bool = False
-) -> Callable[[Decorated], Decorated]:
-    """Add ``output`` to a command: the file that it writes, which must be given.
+def output(metavar: str, help_text: str = "File to write.") -> Callable[[Decorated], Decorated]:
+    """Add ``output`` to a command: the file that it writes, which must be given."""
+    return click.option("--output", required=True, type=OUTPUT, metavar=metavar, help=help_text)
 
-    A command that works long ``keeps`` a file that exists, but with ``--overwrite``.
-    """
-    named = click.option("--output", required=True, type=OUTPUT, metavar=metavar, help=help_text)
-    flag = click.option(
-        "--overwrite",
-        is_flag=True,
-        is_eager=True,
-        expose_value=False,
-        callback=lambda ctx, _, value: ctx.meta.update({_OVERWRITE: value}),
-        help="Replace an output that exists.",
-    )
-    return (lambda command: named(flag(command))) if keeps else named
+
+#: Makes a command keep outputs that exist, without this flag: for those that work long.
+overwrite = click.option(
+    "--overwrite",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=lambda ctx, _, value: ctx.meta.update({_OVERWRITE: value}),
+    help="Replace outputs that exist.",
+)
 
 
 def seed(help_text: str) -> Callable[[Decorated], Decorated]:

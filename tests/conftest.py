@@ -35,10 +35,8 @@ def call(capsys):
     """Run a program in this process: status, standard output, standard error."""
 
     def runner(program, *arguments):
-        main = import_module(
-            "sampler.cli" if program == "sampler" else "tablegen.commands.main"
-        ).main
-        status = main([str(argument) for argument in arguments])
+        module = "sampler.cli" if program == "sampler" else "tablegen.commands.main"
+        status = import_module(module).main([str(argument) for argument in arguments])
         captured = capsys.readouterr()
         return SimpleNamespace(status=status, out=captured.out, err=captured.err)
 

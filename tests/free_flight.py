@@ -22,29 +22,12 @@ def _mirror(velocity, omega, rows, axes):
 
 
 def fly(start, end, box, rebound, slow=lambda omega, time: omega, symmetry_axes=()):
-    """Follow particles that begin without spin.
+    """Follow particles without spin from ``start``, positions and velocities (n, 3), to a time [s].
 
-    Parameters
-    ----------
-    start : pair of arrays, shape (n, 3)
-        Positions [m] and velocities [m/s] at time 0.
-    end : float
-        Time [s].
-    box : pair of arrays, shape (3,)
-        Lower and upper corner [m].
-    rebound : callable
-        Of (rows, normal, velocity, omega, hits), the particles that meet a wall and normals into
-        the gas, to velocity and omega after it.
-    slow : callable
-        Of (omega, time) to the angular velocity that the gas leaves after a time [s].
-    symmetry_axes : sequence of {0, 1, 2}, optional
-        Axes whose two walls are symmetry planes.
-
-    Returns
-    -------
-    velocity, omega : arrays, shape (n, 3)
-        At the end, m/s and rad/s.
-    hits : int array, shape (n,)
+    ``box`` is its lower and upper corner; walls normal to ``symmetry_axes`` are symmetry planes.
+    ``rebound`` takes (rows, normal, velocity, omega, hits) of the particles that meet a wall, the
+    normal into the gas, to velocity and omega after it, ``slow`` (omega, time) to the omega that
+    the gas leaves. Returns velocity and omega (n, 3) and hits (n,) at the end.
     """
     position, velocity = start[0].copy(), start[1].copy()
     omega = np.zeros_like(velocity)

@@ -7,7 +7,6 @@ versions of the C library's loops are compared in tests/sampler/test_digests.py.
 """
 
 import os
-import platform
 import sys
 
 import numpy as np
@@ -15,8 +14,6 @@ import numpy as np
 
 def environment():
     """Environment variables that imitate the processor."""
-    if platform.machine() not in ("x86_64", "AMD64"):
-        sys.exit(f"machine: got {platform.machine()}, allowed: x86_64")
     found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
     disabled = [feature for feature in found if feature.startswith(("AVX512", "X86_V4"))]
     return {
@@ -28,6 +25,4 @@ def environment():
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2:
-        sys.exit("usage: processors.py COMMAND...")
     os.execvpe(sys.argv[1], sys.argv[1:], os.environ | environment())

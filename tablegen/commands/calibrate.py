@@ -42,7 +42,7 @@ class _ManyNames(options.Command):
     ),
 )
 @click.argument("measured", type=shared.MEASURED, metavar="F.csv|NAME")
-@options.output("FITTED.toml", "Pair file to write.", keeps=True)
+@options.output("FITTED.toml", "Pair file to write.")
 @click.option(
     "--grains",
     metavar="NAME|FILE.toml",
@@ -67,6 +67,7 @@ class _ManyNames(options.Command):
 @shared.speed("Impact speed of rows that state none.")
 @options.json_file("Write everything.")
 @shared.picture("Draw measured numbers, the fit and its laws.")
+@options.overwrite
 @options.threads
 @options.progress
 def calibrate(

@@ -47,6 +47,7 @@ from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
 @options.threads
 @options.json_file("Write every number.")
 @shared.picture("Draw means, with bands of one standard deviation, against the angle.")
+@options.overwrite
 @options.progress
 def compare(
     pairs: tuple[str, ...],
@@ -66,20 +67,20 @@ def compare(
     from tablegen.measured import compare as comparison
     from tablegen.measured.pictures import comparison_picture
 
-    found = []
+    results = []
     for config in map(load_config, pairs):
-        found.append(comparison.compare(config, measured, **settings))
-        warnings = map(config.pair.extrapolation, sorted(set(found[-1].speed.tolist())))
+        results.append(comparison.compare(config, measured, **settings))
+        warnings = map(config.pair.extrapolation, sorted(set(results[-1].speed.tolist())))
         for warning in dict.fromkeys(filter(None, warnings)):
             note("tablegen", warning)
-    if found[0].measured.doubt:
-        note("tablegen", found[0].measured.doubt)
-    found.sort(key=lambda one: one.rms)
-    one = len(found) == 1
-    click.echo(comparison.comparison_text(*found) if one else comparison.ranking_text(found))
+    if results[0].measured.doubt:
+        note("tablegen", results[0].measured.doubt)
+    results.sort(key=lambda one: one.rms)
+    one = len(results) == 1
+    click.echo(comparison.comparison_text(*results) if one else comparison.ranking_text(results))
     if json_file:
-        trees = [comparison.comparison_tree(one) for one in found]
+        trees = [comparison.comparison_tree(one) for one in results]
         write_text(json_file, json_text(trees[0] if one else {"ranking": trees}))
     if picture:
-        write_bytes(picture, comparison_picture(found[0], picture.name).data)
+        write_bytes(picture, comparison_picture(results[0], picture.name).data)
     return DONE

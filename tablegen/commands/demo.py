@@ -36,6 +36,7 @@ _CONDITIONS, _MEASURED = 6, 2
     metavar="T.h5",
     help="Table to write.",
 )
+@options.overwrite
 @options.progress
 def demo(output: Path, progress: bool) -> int:
     """Generate a small table, draw from it, validate it: the main job in one go.
@@ -43,13 +44,13 @@ def demo(output: Path, progress: bool) -> int:
     Next to the table goes a picture of the joint density of u and v, from direct simulation and
     from the table, if matplotlib is installed.
     """
-    from sampler.files import check_output
     from tablegen.accuracy.validate import validate
     from tablegen.commands.validate import print_validation
     from tablegen.config.config import load_config
     from tablegen.tables.generate import generate
 
-    check_output(_picture_path(output))
+    flag = click.Option(["--output"])
+    options.OUTPUT(_picture_path(output), flag, click.get_current_context())
     config = load_config("demo")
     begin = time.perf_counter()
     alpha, speed = config.domain.alpha_deg, config.domain.speed

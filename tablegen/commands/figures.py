@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from sampler import options
-from sampler.files import check_output, write_bytes
+from sampler.files import write_bytes
 from sampler.options import DONE
 from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 
@@ -30,6 +30,7 @@ from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 )
 @click.option("--quick", is_flag=True, help=f"{FIGURES_QUICK_COUNT} particles.")
 @options.seed("Seed of the simulations and draws.")
+@options.overwrite
 @options.progress
 def figures(
     table: str, output: Path, count: int | None, quick: bool, seed: int, progress: bool
@@ -48,8 +49,9 @@ def figures(
 
     require_matplotlib("tablegen figures")
     made = [*output.glob("figure-*"), output / PAGE]
+    flag = click.Option(["--output"])
     for file in made if output.exists() else [output]:
-        check_output(file)
+        options.OUTPUT(file, flag, click.get_current_context())
     loaded = sampler.load(table)
     config = stored_config(loaded.config, f"{table}: config")
     particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)

@@ -125,8 +125,8 @@ def identity_text(contents: "TableContents") -> str:
         *(("note", note) for note in _notes(declared, worst)),
     ]
     if facts["spheres"]:
-        told = ("pair", "covers", "a draw gives", "software", "content SHA-256")
-        lines = [line for line in lines if line[0] in told]
+        shown = ("pair", "covers", "a draw gives", "software", "content SHA-256")
+        lines = [line for line in lines if line[0] in shown]
         lines.insert(2, ("spheres", "laws of contact"))
     return "\n".join(f"{name:<18}{value}" for name, value in lines)
 
@@ -166,8 +166,8 @@ def _declared(config: str) -> dict[str, float] | None:
     from tablegen.config.scenes import parse_toml
 
     try:
-        found = declared_accuracy(parse_toml(config, "config").get("accuracy", {}))
-        declared = {name: float(found[name]) for name in METRICS}
+        accuracy = declared_accuracy(parse_toml(config, "config").get("accuracy", {}))
+        declared = {name: float(accuracy[name]) for name in METRICS}
     except (InputError, AttributeError, TypeError, ValueError):
         return None
     return declared if all(map(math.isfinite, declared.values())) else None

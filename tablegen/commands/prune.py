@@ -55,6 +55,7 @@ def _names(ctx: click.Context, param: click.Parameter, value: str | None) -> lis
     help=f"Keep these of {', '.join(VARIABLES)}.",
 )
 @options.output("S.h5")
+@options.overwrite
 def prune(
     table: str,
     scene: str | None,

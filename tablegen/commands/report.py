@@ -30,6 +30,7 @@ from sampler.options import DONE
 @options.seed("Seed of every sample.")
 @options.json_file("Write every number.")
 @options.html_file
+@options.overwrite
 @options.progress
 def report(
     table: str,
@@ -54,12 +55,12 @@ def report(
 
     if html_file:  # refuse before the work
         require_matplotlib("--html")
-    found = measure_report(table, beside, quick=quick, seed=seed, progress=progress)
-    click.echo(render_text(report_sections(found)))
+    measured = measure_report(table, beside, quick=quick, seed=seed, progress=progress)
+    click.echo(render_text(report_sections(measured)))
     if json_file:
-        write_text(json_file, json_text(found.to_dict()))
+        write_text(json_file, json_text(measured.to_dict()))
     if html_file:
-        page = report_page(found)
+        page = report_page(measured)
         write_text(html_file, page)
         click.echo(f"{html_file}: {len(page.encode()) / 1e6:.1f} MB")
     return DONE

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 @click.option("--count", required=True, type=options.COUNT, metavar="N", help="Particles.")
 @click.option("--seed", required=True, type=options.SEED, metavar="S", help="Random seed.")
 @options.output("F.npz", "Write every rebound.")
+@options.overwrite
 @click.option("--aspect", type=shared.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b.")
 @click.option(
     "--spin",
@@ -122,6 +123,6 @@ def _chosen_particles(
     mesh = read_mesh(particle)
     if not mesh.is_convex:
         size = f", of {1.0 / mesh.solidity:.4g} times its volume," if mesh.solidity else ""
-        kind = "not convex" if mesh.solidity else "no closed surface"
+        kind = "not convex" if mesh.solidity else "open, or its faces turn both ways"
         note("tablegen", f"{mesh.name} is {kind}; its convex hull{size} is simulated")
     return population.of_mesh(mesh)

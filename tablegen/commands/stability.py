@@ -34,6 +34,7 @@ from tablegen.config.defaults import STABILITY_COUNT, STABILITY_FRICTION
 @options.threads
 @options.json_file("Write every case.")
 @options.html_file
+@options.overwrite
 @options.progress
 def stability(
     pair: str,

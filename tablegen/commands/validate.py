@@ -53,6 +53,7 @@ if TYPE_CHECKING:
 @click.option("--store", is_flag=True, help="Store the distances between nodes in the table.")
 @options.json_file("Write every number.")
 @options.html_file
+@options.overwrite
 @click.option("--details", is_flag=True, help="Every condition: distances, means and modes.")
 @options.progress
 def validate(
@@ -137,10 +138,10 @@ def print_spheres(contents: "TableContents", seed: int | None) -> int:
     """Print how far draws of a table of spheres are from direct simulation; the exit status."""
     from tablegen.tables.spheres import ROUNDING, largest_difference
 
-    found = largest_difference(contents, seed)
-    holds = found <= ROUNDING
+    difference = largest_difference(contents, seed)
+    holds = difference <= ROUNDING
     click.echo(
         f"{'holds' if holds else 'MISSED'}: draws differ from direct simulation by at most "
-        f"{found:.1e}, allowed: {ROUNDING:g}"
+        f"{difference:.1e}, allowed: {ROUNDING:g}"
     )
     return DONE if holds else MISSED

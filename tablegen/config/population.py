@@ -61,9 +61,8 @@ class TruncatedNormalAspect(Record):
     def _range_holds_probability(self) -> Self:
         low, high = self._ends()
         if not high - low >= _LEAST_MASS:
-            allowed = (
-                f"a range that holds {_LEAST_MASS:g} of the law with mean {self.mean:g} or more"
-            )
+            law = f"mean {self.mean:g} and deviation {self.standard_deviation:g}"
+            allowed = f"a range with at least {_LEAST_MASS:g} of the normal law of {law}"
             raise refusal("range", self.range, allowed)
         return self
 

@@ -98,7 +98,8 @@ _SOURCE_DIGEST = _digest()
 def cache_folder() -> Path:
     """Folder for the machine code of these sources and versions."""
     named = config.CACHE_DIR  # type: ignore[attr-defined]
-    place = Path(named or AppDirs("rebound-tables", appauthor=False).user_cache_dir)
+    # a user without a home cannot write to the root, and is told to name a folder
+    place = Path(named or Path("/", AppDirs("rebound-tables", appauthor=False).user_cache_dir))
     return place / f"tablegen-{_SOURCE_DIGEST}"
 
 

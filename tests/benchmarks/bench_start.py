@@ -22,7 +22,7 @@ _ONE = "seed=1, index=[0], hit=0)"
 _IMPACT = "[1.0, -90.0, 0.0], [0, 1, 0], 1e-5"
 _CONDITION = ("--alpha", "45", "--speed", "200", "--count", "1000", "--seed", "1")
 _TABLEGEN, _SAMPLER = (sys.executable, "-m", "tablegen"), (sys.executable, "-m", "sampler")
-_SHAPE = ("--pair", "corundum-steel", "--shape", "mixture")
+_SHAPE = ("--pair", "corundum-steel", "--shape", "mixture", "--overwrite")
 PROGRAMS = {
     "tablegen --help": (*_TABLEGEN, "--help"),
     "import tablegen": (*_PYTHON, "import tablegen"),

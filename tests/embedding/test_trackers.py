@@ -96,8 +96,7 @@ def test_compiled(compiler, folder, expected):
 @pytest.mark.parametrize("page", ["c/README.md", "fortran/README.md"])
 def test_commands_of_a_page(page, folder, expected):
     shutil.copy(TRACKERS[page], folder)
-    if page.startswith("fortran"):
-        toolchain.require("gfortran")
+    toolchain.require("gfortran" if page.startswith("fortran") else "gcc")
     for block, left_out in blocks_of(page):
         if block.language in SHELL and not left_out:
             check(run_shell(block.text, folder), expected)

@@ -30,7 +30,9 @@ uint32_t scripted[12];
 
 
 def build_scripted(folder: Path) -> ctypes.CDLL:
-    """Compile the header with words from the array ``scripted``."""
+    """Compile the header with words from the array ``scripted``; skips without a compiler."""
+    if not build.compiler():
+        pytest.skip("no C compiler on this machine")
     header = (include_directory() / "rebound_sampler.h").read_text(encoding="utf-8")
     begin = header.index(_NAME)
     end = header.index("\n}\n", begin) + 3

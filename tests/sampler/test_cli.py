@@ -14,7 +14,17 @@ from spin_tables import with_spin_law
 import sampler
 from sampler.errors import InputError
 from sampler.files import available, find_config, find_table
-from sampler.options import BAD_INPUT, FAILED, OUTPUT, TABLE, Command, Program, output, run_program
+from sampler.options import (
+    BAD_INPUT,
+    FAILED,
+    OUTPUT,
+    TABLE,
+    Command,
+    Program,
+    output,
+    overwrite,
+    run_program,
+)
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
 
@@ -79,7 +89,8 @@ def test_an_output_is_no_input(tmp_path, capsys):
 
 def test_an_output_has_its_suffix_and_is_kept(tmp_path, capsys):
     @click.command("work", cls=Command, epilog="")
-    @output("T.h5", keeps=True)
+    @output("T.h5")
+    @overwrite
     def work(output):
         click.echo("done")
 

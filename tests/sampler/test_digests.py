@@ -8,6 +8,7 @@ writes the digests again, of other tables.
 import hashlib
 import json
 import math
+import shutil
 import warnings
 from pathlib import Path
 
@@ -76,8 +77,10 @@ def test_states_and_rebounds_are_those_of_the_first_draw(found):
     known = json.loads(KNOWN.read_text())
     if known.pop("C library") != c_library():
         known = {name: value for name, value in known.items() if " rebound" not in name}
+    if shutil.which("gcc") is None:  # other compilers round the tilts of facets their own way
+        known = {name: value for name, value in known.items() if " rough" not in name}
     assert {name: found[name] for name in known} == known
-    assert len(known) in (12, 28)
+    assert len(known) in (12, 22, 28)
 
 
 if __name__ == "__main__":

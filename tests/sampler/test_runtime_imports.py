@@ -10,7 +10,10 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+import sampler
+
+#: Folder of the package that is tested: the sources, or where a wheel is installed.
+ROOT = Path(sampler.__file__).resolve().parents[1]
 
 FOREIGN = ("numba", "scipy", "sklearn", "matplotlib", "tablegen", "pydantic", "click", "tqdm")
 RUNTIME = ("numpy", "h5py", "lazy_loader", "sampler")
@@ -51,7 +54,7 @@ assert main(["list"]) == 0
 
 
 def _run(code, folder=None):
-    """Run code, of the sources that are tested, in a folder."""
+    """Run code of that package in a folder."""
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
     return subprocess.run(
         [sys.executable, "-c", code],

@@ -32,13 +32,10 @@ def command(*words):
 @cache
 def mpiexec(ranks):
     """Words that start some ranks, on however few processors and as any user."""
-    words = ["mpiexec", "-n", str(ranks)]
-    if (
-        "Open MPI" in command("mpiexec", "--version").out
-        or "OpenRTE" in command("mpiexec", "--version").out
-    ):
-        words += ["--allow-run-as-root", "--oversubscribe"]
-    return words
+    version = command("mpiexec", "--version").out
+    open_mpi = "Open MPI" in version or "OpenRTE" in version
+    flags = ["--allow-run-as-root", "--oversubscribe"] if open_mpi else []
+    return ["mpiexec", "-n", str(ranks), *flags]
 
 
 def our_lines(text):

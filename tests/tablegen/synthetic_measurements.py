@@ -38,10 +38,10 @@ def measured_from(config, alpha_deg, count, seed, spreads=True):
     for row, degrees in enumerate(alpha_deg):
         alpha = np.radians(degrees)
         state = simulate(config, alpha, 100.0, count, seed=seed, stream=row).state
-        found = {"e_n": state[:, 1] / np.sin(alpha)}
+        ratios = {"e_n": state[:, 1] / np.sin(alpha)}
         if degrees < 90.0:
-            found["e_t"] = state[:, 0] / np.cos(alpha)
-        for name, values in found.items():
+            ratios["e_t"] = state[:, 0] / np.cos(alpha)
+        for name, values in ratios.items():
             moments[name].mean[row] = values.mean()
             if spreads:
                 moments[name].std[row] = values.std(ddof=1)

@@ -80,12 +80,12 @@ extern "C" {
     !defined(RBTI_GPU) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #if defined(__clang__) ? __clang_major__ >= 18 : defined(__GNUC__) && __GNUC__ >= 12
 #define RBTI_BATCH_CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
-#define RBTI_CLONES __attribute__((target_clones("avx2", "default")))
+#define RBTI_CLONES static __attribute__((target_clones("avx2", "default"))) /* never inlined */
 #endif
 #endif
 #ifndef RBTI_CLONES
 #define RBTI_BATCH_CLONES
-#define RBTI_CLONES
+#define RBTI_CLONES RBTI_APART
 #endif
 
 #if defined(__GNUC__) && !defined(RBTI_GPU)

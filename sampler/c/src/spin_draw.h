@@ -34,11 +34,10 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
 }
 
 /* One draw of the first six or of all variables. */
-RBTI_CLONES
-RBTI_APART RBT_DEVICE void rbti_draw_spin(const rbt_table *table, double alpha1, double speed,
-                                          const double spin[3], uint64_t seed,
-                                          const rbti_grains *grains, uint64_t index, uint32_t hit,
-                                          int variables, double *state)
+RBTI_CLONES RBT_DEVICE void rbti_draw_spin(const rbt_table *table, double alpha1, double speed,
+                                           const double spin[3], uint64_t seed,
+                                           const rbti_grains *grains, uint64_t index, uint32_t hit,
+                                           int variables, double *state)
 {
     rbti_spin_draws draws;
     draws.alpha1[0] = alpha1;

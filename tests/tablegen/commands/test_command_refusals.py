@@ -1,16 +1,9 @@
 """Bad input on the command line: one line, status 2, and nothing left behind."""
 
-import importlib
-
 import pytest
 from command_line import SIMULATE, flags
-from tiny_tables import REFINE, ROUGH
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
-
-#: The modules; in the package their names stand for the functions.
-SIMULATION = importlib.import_module("tablegen.simulation.simulate")
-VALIDATION = importlib.import_module("tablegen.accuracy.validate")
 
 
 @pytest.mark.parametrize(
@@ -43,78 +36,63 @@ def test_missing_and_unknown_words_are_named(refused):
 
 
 @pytest.mark.parametrize(
-    ("words", "flag"),
+    ("words", "flag", "name"),
     [
-        (("simulate", *flags(SIMULATE, {})), "--output"),
-        (("generate", "corundum-steel"), "--output"),
-        (("validate", "corundum-steel"), "--html"),
-        (("report",), "--html"),
-        (("stability",), "--html"),
+        (("simulate", *flags(SIMULATE, {})), "--output", "r.npz"),
+        (("demo",), "--output", "demo.h5"),
+        (("generate", "demo"), "--output", "t.h5"),
+        (("prune", "corundum-steel", "--scene", "plane-flow"), "--output", "t.h5"),
+        (("calibrate", "grant-tabakoff-1975"), "--output", "t.toml"),
+        (("compare", "demo", "--measured", "grant-tabakoff-1975"), "--json", "c.json"),
+        (("validate", "corundum-steel"), "--html", "v.html"),
+        (("report",), "--json", "r.json"),
+        (("stability",), "--html", "s.html"),
     ],
 )
-def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, words, flag):
-    for place, work in (
-        (SIMULATION, "simulate_condition"),
-        (VALIDATION, "validate"),
-        (REFINE, "fit_node"),
-        ("tablegen.evidence.report", "measure_report"),
-        ("tablegen.evidence.stability", "run_study"),
-    ):
-        module = importlib.import_module(place) if isinstance(place, str) else place
-        monkeypatch.setattr(module, work, None)
-    for path, reason in (
-        (tmp_path / "none" / "f", "a folder that exists"),
-        (tmp_path, "a folder, allowed: a file name"),
+def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, words, flag, name):
+    monkeypatch.setattr("sampler.files.find_file", None)  # no input is looked for either
+    kept = tmp_path / name
+    kept.write_text("mine")
+    for path, allowed in (
+        (tmp_path / "none" / name, "a file in a folder that exists"),
+        (tmp_path, "a file name"),
+        (kept, "a new name, or --overwrite"),
     ):
         line = refused(*words, flag, path)
-        assert flag in line
-        assert reason in line
+        assert f"'{flag}': got {path}" in line
+        assert line.endswith(f"allowed: {allowed}")
 
 
-def test_configurations_that_cannot_be_used(refused, tmp_path):
-    path, output = tmp_path / "my.toml", tmp_path / "t.h5"
-    path.write_text(ROUGH.text.replace("seed = 5", "sead = 5"))
-    line = refused("generate", path, "--output", output)
-    assert line.startswith("my.toml: table.sead: unknown field")
-    line = refused("generate", "corundum-cheese", "--output", output)
-    assert "configuration: got 'corundum-cheese', allowed: a name (corundum-steel" in line
-    line = refused("generate", tmp_path, "--output", output)
-    assert "a folder or device, allowed: a regular file" in line
-
-
-class TestValidate:
-    @pytest.mark.parametrize(
-        ("words", "named"),
-        [
-            (("--conditions", "0"), "'--conditions': got '0'"),
-            (("--samples", "999"), "'--samples': got '999'"),
-            (("--alpha", "40", "--alpha", "41"), "--alpha and --speed: got 2 and 0, allowed: as m"),
-            (("--alpha", "50", "--speed", "99"), "alpha: got 50 degrees, allowed: 35 to 45"),
-            (("--accuracy", "good"), "accuracy: got 'good', allowed: compact, standard, fine"),
-            (("--store", "--alpha", "40", "--speed", "99"), "--store: got it with --alpha"),
-        ],
-    )
-    def test_flags_and_what_does_not_go_together(self, refused, tiny, words, named):
-        assert named in refused("validate", tiny.path, *words)
-
-    def test_names_are_not_stored_into(self, refused):
-        line = refused("validate", "corundum-steel", "--store")
-        assert line.startswith("--store: got the name 'corundum-steel', allowed: the path")
+def test_files_beside_an_output_are_kept(refused, tmp_path):
+    page, picture = tmp_path / "paper.html", tmp_path / "demo.png"
+    for path in (page, picture):
+        path.write_text("mine")
+    assert f"'--output': got {page}" in refused("figures", "--output", tmp_path)
+    assert f"'--output': got {picture}" in refused("demo", "--output", tmp_path / "demo.h5")
 
 
 @pytest.mark.parametrize(
-    ("command", "spoil", "words"),
+    ("words", "named"),
     [
-        ("validate", lambda path, whole: path.write_bytes(whole[:9000]), "no HDF5 file"),
-        ("inspect", lambda path, _: path.write_text("alpha,speed\n"), "no HDF5 file"),
-        ("validate", lambda path, _: path.mkdir(), "a folder or device, allowed: a regular file"),
-        ("inspect", lambda *_: None, "a file that exists"),
+        (("--conditions", "0"), "'--conditions': got '0'"),
+        (("--samples", "999"), "'--samples': got '999'"),
+        (("--alpha", "40", "--alpha", "41"), "--alpha and --speed: got 2 and 0"),
+        (("--alpha", "50", "--speed", "99"), "alpha: got 50 degrees"),
+        (("--accuracy", "good"), "accuracy: got 'good'"),
+        (("--store", "--alpha", "40", "--speed", "99"), "--store: got it with --alpha"),
     ],
 )
-def test_tables_that_cannot_be_read(refused, tiny, tmp_path, command, spoil, words):
+def test_validate_names_flags_and_what_does_not_go_together(refused, tiny, words, named):
+    assert named in refused("validate", tiny.path, *words)
+
+
+def test_validate_does_not_store_into_names(refused):
+    assert refused("validate", "corundum-steel", "--store").startswith("--store: got the name")
+
+
+@pytest.mark.parametrize("command", ["validate", "inspect"])
+def test_tables_that_cannot_be_read_are_named(refused, tiny, tmp_path, command):
     path = tmp_path / "bad.h5"
-    spoil(path, tiny.path.read_bytes())
-    outputs = ("--json", tmp_path / "v.json", "--html", tmp_path / "v.html")
-    line = refused(command, path, *(outputs if command == "validate" else ()))
-    assert str(path) in line
-    assert words in line
+    assert f"{path}, allowed" in refused(command, path)
+    path.write_bytes(tiny.path.read_bytes()[:9000])
+    assert str(path) in refused(command, path)

@@ -11,12 +11,8 @@ from tiny_tables import ROUGH, TINY
 import sampler
 from tablegen.accuracy.validate import validate
 from tablegen.commands.demo import demo as command
-from tablegen.config.config import load_config
 
 demo = sys.modules[command.callback.__module__]
-
-#: Steps of the demonstration, in their order.
-STEPS = ("1. Generating ", "2. Drawing 1,000,000 rebounds", "3. Validating", "The table is in ")
 
 
 @pytest.fixture
@@ -27,10 +23,7 @@ def small_demo(run, monkeypatch, tmp_path, quick_measurement, quick_classifier):
         monkeypatch.setattr("tablegen.config.config.load_config", lambda name: config)
         short = partial(validate, samples=4000)
         monkeypatch.setattr(sys.modules[validate.__module__], "validate", short)
-        ended = run("demo", "--output", tmp_path / "demo.h5", "--quiet")
-        positions = [ended.out.index(step) for step in STEPS]
-        assert positions == sorted(positions)
-        return ended
+        return run("demo", "--output", tmp_path / "demo.h5", "--quiet")
 
     return small
 
@@ -38,9 +31,8 @@ def small_demo(run, monkeypatch, tmp_path, quick_measurement, quick_classifier):
 def test_generates_draws_and_validates(small_demo, tmp_path):
     ended = small_demo(TINY)
     assert (ended.status, ended.err) == (DONE, "")
-    assert "synthetic corundum on steel St3, 35 to 45 degrees, 60 to 300 m/s" in ended.out
-    assert " times faster" in ended.out
-    assert "The declared accuracy holds." in ended.out
+    steps = [line[:2] for line in ended.out.splitlines() if line[1:2] == "."]
+    assert steps == ["1.", "2.", "3."]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["demo.h5", "demo.png"]
     assert (tmp_path / "demo.png").read_bytes().startswith(b"\x89PNG")
     assert sampler.load(tmp_path / "demo.h5").sample(0.7, 100.0, seed=1, index=[1]).shape == (1, 6)
@@ -50,7 +42,6 @@ def test_missed_accuracy_is_status_1_and_needs_no_matplotlib(small_demo, tmp_pat
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     ended = small_demo(ROUGH.with_changes({"accuracy": {"auc": 0.5}}))
     assert ended.status == MISSED
-    assert "The declared accuracy is missed." in ended.out
     assert "no picture: needs matplotlib" in ended.out
     assert [path.name for path in tmp_path.iterdir()] == ["demo.h5"]
 
@@ -62,9 +53,3 @@ def test_picture_never_replaces_the_table(table, picture, tmp_path):
     state = np.random.default_rng(1).uniform(size=(1000, 6))
     assert str(tmp_path / picture) in demo._picture_text(state, state, tmp_path / table)
     assert [path.name for path in tmp_path.iterdir()] == [picture]
-
-
-def test_scene_covers_the_condition_of_the_example():
-    domain = load_config("demo").domain
-    assert domain.alpha_deg[0] < demo._ALPHA_DEG < domain.alpha_deg[1]
-    assert domain.speed[0] < demo._SPEED < domain.speed[1]

@@ -1,9 +1,12 @@
 """``tablegen inspect``: what a table is, for people and for programs."""
 
 import json
+import shutil
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
-import numpy as np
 from command_line import DONE
 from corrupt_tables import declaring, forged
 from tiny_tables import TINY
@@ -17,14 +20,8 @@ from tablegen.config.metric_table import PRESETS
 def test_describes_the_table(run, tiny):
     ended, table = run("inspect", tiny.path), sampler.load(tiny.path)
     assert (ended.status, ended.err) == (DONE, "")
-    for words in (
-        "covers            35 to 45 deg, 60 to 300 m/s; laws measured at 50 to 300 m/s",
-        "2 angles, 2 speeds",
-        "angular velocity  mean over free tumbling",
-        table.contents.content_sha256,
-        f"AUC {table.accuracy['auc'].max():.3f}",
-        "at most KS 0.1500, sliced Wasserstein 0.1500, correlation 0.3000, AUC 0.800",
-    ):
+    largest = f"AUC {table.accuracy['auc'].max():.3f}"
+    for words in ("35 to 45 deg, 60 to 300 m/s", table.contents.content_sha256, largest):
         assert words in ended.out
     assert run("inspect", tiny.path, "--config").out == TINY.text + "\n"
 
@@ -32,17 +29,12 @@ def test_describes_the_table(run, tiny):
 def test_json_has_what_the_table_has(run, refused, tiny):
     facts, table = json.loads(run("inspect", tiny.path, "--json").out), sampler.load(tiny.path)
     assert facts["components"] == list(table.columns)
-    assert facts["alpha_deg"] == [35.0, 45.0]
-    assert facts["speed"] == [60.0, 300.0]
-    assert facts["content_sha256"] == table.contents.content_sha256
+    assert (facts["alpha_deg"], facts["speed"]) == ([35.0, 45.0], [60.0, 300.0])
     assert facts["bytes_in_memory"] == table.nbytes
-    assert facts["accuracy"].keys() == table.accuracy.keys()
-    for name, values in table.accuracy.items():
-        np.testing.assert_array_equal(facts["accuracy"][name], values)
+    assert facts["accuracy"] == {name: x.tolist() for name, x in table.accuracy.items()}
     assert facts["declared"] == {name: getattr(TINY.accuracy, name) for name in facts["worst"]}
     assert facts["worst"]["ks"] == table.accuracy["ks"].max()
-    line = refused("inspect", tiny.path, "--json", "--config")
-    assert line == "--json: got it with --config, allowed: one of them"
+    assert refused("inspect", tiny.path, "--json", "--config").startswith("--json: got it with")
 
 
 def test_a_table_without_measured_accuracy(run, tmp_path):
@@ -57,11 +49,9 @@ def test_a_table_without_measured_accuracy(run, tmp_path):
 def test_loose_and_missed_declarations_are_noted(run, tiny, tmp_path):
     contents, path = tiny.generated.table.contents, tmp_path / "t.h5"
     write_table(path, forged(contents))
-    said = run("inspect", path).out
-    assert "note              the table declares little: ks 1, sliced_wasserstein 1e+06," in said
+    assert "declares little: ks 1, sliced_wasserstein 1e+06," in run("inspect", path).out
     write_table(path, declaring(contents, ks=0.001))
-    said = run("inspect", path).out
-    assert "note              the file stores more than it declares: KS 0." in said
+    assert "stores more than it declares: KS 0." in run("inspect", path).out
     assert "note  " not in run("inspect", "corundum-steel").out
 
 
@@ -71,3 +61,11 @@ def test_declared_accuracy_of_a_preset_and_of_nonsense(tiny):
     assert identity(compact)["declared"] == {**PRESETS["compact"], "ks": 0.5}
     unreadable = replace(contents, config='accuracy.ks = "small"')
     assert "declared          ?" in identity_text(unreadable)
+
+
+def test_script(tiny, tmp_path):
+    """In a process of its own, away from the source tree."""
+    script = shutil.which("tablegen", path=str(Path(sys.executable).parent))
+    assert script, "the package is not installed in this environment"
+    words = [script, "inspect", str(tiny.path)]
+    assert "corundum-steel" in subprocess.check_output(words, cwd=tmp_path, text=True)

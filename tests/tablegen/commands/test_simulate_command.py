@@ -1,35 +1,92 @@
-"""``tablegen simulate --particle``: grains of a mesh."""
+"""``tablegen simulate``: its file, of shapes of a pair and of a mesh."""
+
+from types import SimpleNamespace
 
 import numpy as np
-from command_line import DONE, SIMULATE, flags
+import pytest
+from command_line import DONE, SIMULATE, config_file, flags
 from mesh_fixtures import POPULATION, grain, rebounds, surface, two_cubes
 
+from sampler.formats.channels import STATE
+from tablegen.config.config import load_config
 from tablegen.config.mesh import read_mesh
+from tablegen.simulation.simulate import make_condition, simulate_condition
 
 
-def simulated(run, folder, mesh):
-    path = folder / "mesh.stl"
-    mesh.export(path)
-    changes = {"--shape": None, "--particle": path, "--output": folder / "r.npz"}
-    ended = run("simulate", *flags(SIMULATE, changes), "--quiet")
-    assert (ended.status, ended.out) == (DONE, "")
-    people = POPULATION.of_mesh(read_mesh(path))
-    with np.load(folder / "r.npz") as file:
-        assert set(file["shape"]) == {5}
-        np.testing.assert_array_equal(file["state"], rebounds(people, 300, seed=1).state)
-    return ended.err
+@pytest.fixture
+def simulated(run, tmp_path):
+    def runner(**changes):
+        output = tmp_path / "rebounds.npz"
+        words = flags(SIMULATE, {f"--{name}": value for name, value in changes.items()})
+        ended = run("simulate", *words, "--output", output, "--overwrite", "--quiet")
+        assert (ended.status, ended.out) == (DONE, "")
+        with np.load(output) as file:
+            return SimpleNamespace(err=ended.err, files=file.files, **dict(file.items()))
+
+    return runner
 
 
-def test_a_mesh_is_simulated(run, tmp_path):
-    assert simulated(run, tmp_path, surface(grain(60))) == ""
-    assert "mesh.stl is not convex; its convex hull, of 1.5 times its volume" in simulated(
-        run, tmp_path, two_cubes()
+def test_fields(simulated):
+    result = simulated()
+    fields = ["state", "collisions", "shape", "mesh", "aspect", "energy", "work", "columns"]
+    assert result.files == fields
+    assert tuple(result.columns) == STATE
+    for name, shape, kind in (
+        ("state", (300, 6), "f8"),
+        ("collisions", (300,), "i8"),
+        ("shape", (300,), "i8"),
+        ("aspect", (300, 2), "f8"),
+        ("energy", (300, 2), "f8"),
+        ("work", (300, 2), "f8"),
+    ):
+        values = getattr(result, name)
+        assert (values.shape, values.dtype) == (shape, np.dtype(kind))
+    assert set(result.mesh) == {-1}
+    speed2 = (result.state[:, :3] ** 2).sum(axis=1)
+    np.testing.assert_allclose(result.energy[:, 0], speed2, rtol=1e-12)
+    np.testing.assert_allclose(
+        result.energy.sum(axis=1) + result.work.sum(axis=1), 1.0, rtol=0.0, atol=1e-11
     )
+
+
+@pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (0.5, -0.25, 1.0)])
+def test_is_the_simulation(simulated, spin):
+    config = load_config("corundum-steel")
+    condition = make_condition(np.radians(45.0), 200.0, spin)
+    expected = simulate_condition(config.pair, config.population, condition, 300, seed=1)
+    result = simulated(spin=spin)
+    for name in ("state", "collisions", "shape", "aspect", "energy", "work"):
+        np.testing.assert_array_equal(getattr(result, name), getattr(expected, name))
+
+
+def test_angular_velocities_are_those_of_the_pair_or_as_asked(simulated, tmp_path):
+    departing = config_file(tmp_path, domain={"omega": "departure"})
+    mean, departure = simulated().state, simulated(omega="departure").state
+    assert (np.abs(mean - departure).max(axis=0) > [-1, -1, -1, 0.1, 0.1, 0.1]).all()
+    np.testing.assert_array_equal(mean[:, :3], departure[:, :3])
+    np.testing.assert_array_equal(simulated(pair=departing).state, departure)
+    np.testing.assert_array_equal(simulated(pair=departing, omega="mean").state, mean)
+
+
+def test_speed_outside_the_law_is_simulated_with_a_note(simulated):
+    assert simulated(speed=300).err == ""
+    assert "301 m/s" in simulated(speed=301).err
+
+
+def test_a_mesh_is_simulated(simulated, tmp_path):
+    path = tmp_path / "mesh.stl"
+    for mesh, note in ((surface(grain(60)), ""), (two_cubes(), "its convex hull, of 1.5 times")):
+        mesh.export(path)
+        result = simulated(shape=None, particle=path)
+        assert note in result.err
+        assert bool(note) == bool(result.err)
+        assert set(result.shape) == {5}
+        expected = rebounds(POPULATION.of_mesh(read_mesh(path)), 300, seed=1)
+        np.testing.assert_array_equal(result.state, expected.state)
 
 
 def test_a_mesh_and_a_shape_are_refused_and_so_is_neither(refused, tmp_path):
     output = {"--output": tmp_path / "r.npz"}
     for changes in ({"--particle": "grain.stl"}, {"--shape": None}):
-        assert "'--shape' or '--particle'" in refused(
-            "simulate", *flags(SIMULATE, changes | output)
-        )
+        line = refused("simulate", *flags(SIMULATE, changes | output))
+        assert "'--shape' or '--particle'" in line
