@@ -22,8 +22,7 @@ from llvmlite import ir
 from numba import types
 from numba.core.errors import TypingError
 from numba.core.typeconv import Conversion
-from numba.core.typing.templates import AbstractTemplate, infer_global
-from numba.extending import lower_builtin, lower_cast, models, register_model
+from numba.extending import lower_builtin, lower_cast, models, register_model, type_callable
 
 from tablegen.model.jit import inline_kernel, operation
 
@@ -100,14 +99,13 @@ def _operator(symbols, result, operand, count, emit):
     """Give numba operators an implementation for lanes or masks."""
     arguments = (operand,) * count
 
-    def generic(self, given, _keywords):
+    def type_of(*given):
         return result(*arguments) if operand in given else None
 
-    # Those of a target are asked first, before some dozen that numba has for other types.
-    members = {"generic": generic, "metadata": {"target": "cpu"}}
+    # numba asks a function for the number and the names of its arguments
+    typers = {1: lambda a: type_of(a), 2: lambda a, b: type_of(a, b)}
     for symbol in symbols:
-        name = f"_Lanes_{symbol.__name__}"
-        infer_global(symbol)(type(name, (AbstractTemplate,), {"key": symbol, **members}))
+        type_callable(symbol)(lambda _: typers[count])
 
         @lower_builtin(symbol, *arguments)
         def implement(context, builder, sig, args):
