@@ -71,6 +71,13 @@ def item(values, k):
     return values[np.uint64(k)] if values.size > 1 else values[0]
 
 
+@no_refcount_inline_kernel
+def keys_of_row(keys, k):
+    """Seed, index and hit of row k; there is an index and a hit for each row, or one for all."""
+    seed, index, hit = keys
+    return seed, item(index, k), item(hit, k)
+
+
 @inline_kernel
 def _perpendicular(e_y, azimuth):
     """Return a unit vector perpendicular to the unit vector e_y, at an angle (rad) about it.

@@ -29,6 +29,9 @@ try:
 except ImportError:  # another version of numba than those with which parts were tested
     parts = None  # type: ignore[assignment]
 
+#: Settings of numba, from the environment.
+_CONFIG: Any = numba.config
+
 _LOG = logging.getLogger("tablegen")
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -75,7 +78,7 @@ _SOURCE_DIGEST = _digest()
 def cache_folder() -> Path:
     """Folder for the machine code of these sources and versions."""
     caches = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser()
-    place = Path(numba.config.CACHE_DIR or caches / "rebound-tables")
+    place = Path(_CONFIG.CACHE_DIR or caches / "rebound-tables")
     return place / f"tablegen-{_SOURCE_DIGEST}"
 
 
@@ -126,13 +129,13 @@ event.register("numba:compile", _Messages())
 
 
 def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
-    folder, named = cache_folder(), numba.config.CACHE_DIR
+    folder, named = cache_folder(), _CONFIG.CACHE_DIR
     kept = Path(function.__code__.co_filename).is_file() and _can_be_written(folder)
-    numba.config.CACHE_DIR = str(folder)
+    _CONFIG.CACHE_DIR = str(folder)
     try:
         compiled = numba.njit(**options, cache=kept)(function)
     finally:
-        numba.config.CACHE_DIR = named
+        _CONFIG.CACHE_DIR = named
     if parts is not None and compiled is not function:  # it is with NUMBA_DISABLE_JIT
         parts.let_kernels_call(compiled, options)
     # To a type checker the function stays the same.
@@ -140,9 +143,10 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
 
 
 def _inlined(function: _Function, options: dict[str, Any]) -> _Function:
-    if parts is None or numba.config.DISABLE_JIT:
-        return cast(_Function, register_jitable(**options)(function))
-    parts.register_part(function, options)
+    if parts is None or _CONFIG.DISABLE_JIT:
+        register_jitable(**options)(function)
+    else:
+        parts.register_part(function, options)
     return function
 
 

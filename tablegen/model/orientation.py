@@ -8,7 +8,17 @@ impact, `tablegen.model.frames`, turns one into the other.
 import math
 
 from sampler.errors import NOT_FINITE
-from tablegen.model.frames import combine, cross, dot, is_finite, item, tangent, unit, vector
+from tablegen.model.frames import (
+    combine,
+    cross,
+    dot,
+    is_finite,
+    item,
+    keys_of_row,
+    tangent,
+    unit,
+    vector,
+)
 from tablegen.model.impacts import MANY_TURNS, TURNS_TOO_OFTEN
 from tablegen.model.jit import inline_kernel, kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.model_bounds import MOST_TURNED
@@ -88,7 +98,7 @@ def _frame_of_row(impacts, keys, row):
     velocity, normal, _, wall_velocity = impacts
     relative = combine(1.0, vector(velocity, row), -1.0, vector(wall_velocity, row))
     e_y = unit(vector(normal, row))
-    e_x = tangent(relative, e_y, (keys[0], item(keys[1], row), item(keys[2], row)))
+    e_x = tangent(relative, e_y, keys_of_row(keys, row))
     return e_x, e_y, cross(e_x, e_y)
 
 
@@ -99,18 +109,18 @@ def _quaternion(values, row):
 
 
 @no_refcount_kernel
-def axes_from(orientation, impacts, keys, axes, start):
-    """Write wall axes in body axes, (m, 6), of the rows from ``start`` on.
+def axes_from(orientation, impacts, keys, axes):
+    """Write wall axes in body axes, (n, 6).
 
     ``orientation`` (n, 4) or (1, 4), ``impacts`` and ``keys`` as of
     `tablegen.model.impacts.lab_conditions`. Returns the first bad row, or -1, and its code.
     """
     for k in range(axes.shape[0]):
-        quaternion = _quaternion(orientation, start + k)
+        quaternion = _quaternion(orientation, k)
         status = rotation_status(quaternion)
         if status != 0:
-            return start + k, status
-        e_x, e_y, _ = _frame_of_row(impacts, keys, start + k)
+            return k, status
+        e_x, e_y, _ = _frame_of_row(impacts, keys, k)
         n, x = to_body(quaternion, e_y), to_body(quaternion, e_x)
         for i in range(3):
             axes[k, i], axes[k, 3 + i] = n[i], x[i]
@@ -118,13 +128,13 @@ def axes_from(orientation, impacts, keys, axes, start):
 
 
 @no_refcount_kernel
-def orientations_from(axes, impacts, keys, orientation, start):
-    """Write the quaternions, (m, 4), of particles with wall axes (m, 6) in body axes."""
+def orientations_from(axes, impacts, keys, orientation):
+    """Write the quaternions, (n, 4), of particles with wall axes (n, 6) in body axes."""
     for k in range(axes.shape[0]):
         n, x = (axes[k, 0], axes[k, 1], axes[k, 2]), (axes[k, 3], axes[k, 4], axes[k, 5])
-        found = _lab_quaternion(n, x, _frame_of_row(impacts, keys, start + k))
+        quaternion = _lab_quaternion(n, x, _frame_of_row(impacts, keys, k))
         for i in range(4):
-            orientation[k, i] = found[i]
+            orientation[k, i] = quaternion[i]
 
 
 @no_refcount_kernel

@@ -87,9 +87,8 @@ _REGISTERED: list[Any] = []
 
 
 def _part(function: Callable[..., Any], options: dict[str, Any]) -> Any:
-    return numba.njit(
-        **options, pipeline_class=_PartCompiler, no_cpython_wrapper=True, no_cfunc_wrapper=True
-    )(function)
+    unwrapped = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return numba.njit(**options | unwrapped, pipeline_class=_PartCompiler)(function)
 
 
 def let_kernels_call(compiled: Any, options: dict[str, Any]) -> None:

@@ -16,6 +16,7 @@ Arrays hold lanes in their last dimension, of length WIDTH: (13,) is the motion 
 """
 
 import operator
+from typing import Any
 
 import numpy as np
 from llvmlite import ir
@@ -99,13 +100,16 @@ def _operator(symbols, result, operand, count, emit):
     """Give numba operators an implementation for lanes or masks."""
     arguments = (operand,) * count
 
-    def type_of(*given):
-        return result(*arguments) if operand in given else None
+    # numba asks for functions with as many arguments as the operator has
+    def type_of_one(a):
+        return result(*arguments) if a == operand else None
 
-    # numba asks a function for the number and the names of its arguments
-    typers = {1: lambda a: type_of(a), 2: lambda a, b: type_of(a, b)}
+    def type_of_two(a, b):
+        return result(*arguments) if operand in (a, b) else None
+
+    type_of: Any = type_of_one if count == 1 else type_of_two
     for symbol in symbols:
-        type_callable(symbol)(lambda _: typers[count])
+        type_callable(symbol)(lambda context: type_of)
 
         @lower_builtin(symbol, *arguments)
         def implement(context, builder, sig, args):

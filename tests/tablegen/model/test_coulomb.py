@@ -183,8 +183,8 @@ def test_rebounds_end_where_the_pull_of_the_wall_is_near_the_friction(alpha_deg,
 
 def test_a_path_that_does_not_end_is_an_error_that_names_the_row(monkeypatch):
     model = DirectModel(CONFIG.with_changes({"pair": {"resistance": COULOMB_1}}))
-    broken = model.arrays.law._replace(factor=math.nan)
-    model.arrays = model.arrays._replace(law=broken)
+    broken = model._arrays.law._replace(factor=math.nan)
+    model._arrays = model._arrays._replace(law=broken)
     still = f"is still in contact after {COLLISION_ALARM:,} collisions, or {PIECE_ALARM:,} pieces"
     with pytest.raises(RuntimeError, match=f"the particle at index [012] {still}"):
         model.sample(0.5, 100.0, seed=1, index=range(3))

@@ -180,8 +180,8 @@ class TestExtremes:
         alpha[:500] = np.radians(np.geomspace(1e-3, 1.0, 500))
         spin[500:1000] *= 20.0
         conditions = np.empty((1500, CONDITION_SIZE))
-        numerics = MODEL.arrays.numerics
-        assert wall_conditions(alpha, speed, spin, numerics, conditions, 0) == (-1, 0)
+        numerics = MODEL._arrays.numerics
+        assert wall_conditions(alpha, speed, spin, numerics, conditions) == (-1, 0)
         state, kind, energy = np.empty((1500, 6)), np.empty((1500, 3)), np.empty((1500, 2))
         collisions, audit = np.empty(1500, dtype=np.int64), np.zeros(AUDIT_SIZE)
         law, population = CONFIG.pair.kernel_arguments(), CROWD.kernel_arguments()
@@ -239,7 +239,7 @@ def test_first_bad_row_is_named_whatever_the_batches():
 
 
 def test_a_particle_that_never_leaves_is_an_error(monkeypatch):
-    monkeypatch.setattr("tablegen.simulation.direct.simulate_batch", lambda *arguments: 7)
+    monkeypatch.setattr("tablegen.simulation.smooth_walls.simulate_batch", lambda *arguments: 7)
     text = f"the particle at index 7 is still in contact after {COLLISION_ALARM:,} collisions"
     with pytest.raises(RuntimeError, match=text):
         MODEL.sample(0.5, 100.0, seed=1, index=range(20))

@@ -164,7 +164,7 @@ def test_bad_input_is_refused():
 
 
 def test_a_particle_that_never_leaves_is_named(monkeypatch):
-    monkeypatch.setattr("tablegen.simulation.rough_walls.simulate_batch", lambda *arguments: 2)
+    monkeypatch.setattr("tablegen.simulation.smooth_walls.simulate_batch", lambda *arguments: 2)
     with pytest.raises(RuntimeError, match="the particle at index 2 is still in contact"):
         MODEL.rebound(VELOCITY, UP, HALF_SIZE, seed=1, index=IDS, roughness=0.1)
     monkeypatch.undo()
