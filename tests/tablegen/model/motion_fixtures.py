@@ -47,21 +47,11 @@ ALLOWED[[ENERGY, ANGULAR, NORMAL, TANGENTIAL]] = 1e-12
 ALLOWED[PENETRATION] = 1e-11
 ALLOWED[[FLIGHT_ENERGY, FLIGHT_MOMENTUM]] = 1e-9
 
-ACHIRAL = ("ellipsoid", "prism", "truncated-prism")
-
 
 def body_of(name, b=1.0, c=1.0, truncation=TRUNCATION):
     """Body of a named shape with half-sizes (1, b, c)."""
     storage = np.empty((MAX_VERTICES, 3)), np.zeros(1, dtype=np.int64), NO_MAP
     return shaped_body(SHAPES[name], b, c, truncation, *storage)
-
-
-def with_vertices(body, vertices):
-    """Body with the same moments and half-sizes and other vertices."""
-    counts = np.array([len(vertices)])
-    return body._replace(
-        candidates=np.ascontiguousarray(vertices), counts=counts, support_map=NO_MAP
-    )
 
 
 def random_rotations(rng, count):

@@ -118,14 +118,6 @@ def test_no_collision_ends_below_the_resolution_unless_it_is_elastic():
     assert miss_of_small_steps(matrix, velocity, 3.0, 3.0, 0.0, 1e-3) <= 1e-9 * 2.4e-3
 
 
-def test_without_friction_only_the_normal_velocity_changes():
-    for entries, velocity, _ in RARE.values():
-        matrix = matrix_of(entries)
-        made, _ = collision(matrix, velocity, 0.0, 0.7)
-        expected = [0.0, -1.7 * velocity[1] / matrix[1, 1], 0.0]
-        np.testing.assert_allclose(made, expected, atol=1e-12)
-
-
 def pair_of(e, static, dynamic):
     resistance = {"law": "coulomb", "static": static, "dynamic": dynamic}
     laws = {

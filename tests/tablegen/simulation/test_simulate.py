@@ -157,13 +157,6 @@ def test_ends_of_the_ranges_are_allowed():
     assert np.all(np.isfinite(run(10, seed=2**64 - 1, stream=2**32 - 1).state))
 
 
-def test_a_particle_that_never_leaves_is_an_error(monkeypatch):
-    # the kernel returns the index of the particle that ran into the alarm
-    monkeypatch.setattr(KERNEL, lambda *arguments: 13)
-    with pytest.raises(RuntimeError, match="particle 13 of seed 7, stream 0 is still in contact"):
-        run(20)
-
-
 def test_simulate_takes_all_of_a_configuration():
     """`tablegen.simulate` uses its laws, particles and numerics."""
     numerics = {"contact_resolution": 0.05, "tolerance": 1e-5}
