@@ -50,11 +50,7 @@ _NO_REFCOUNT = {"_nrt": False}
 
 #: Files and folders that can change the result of a kernel, besides its own file.
 _ROOT = Path(__file__).parents[2]
-_SOURCES = (
-    "tablegen/model",
-    "sampler/formats",
-    "sampler/errors.py",
-)
+_SOURCES = ("tablegen/model", "sampler/formats", "sampler/errors.py")
 
 #: Number of folders of other sources that a new folder leaves beside it.
 _KEPT = 7

@@ -235,8 +235,8 @@ def _take_turned(motion, lane, row, instant, omega, orientation):
     w = motion[0, lane], motion[1, lane], motion[2, lane]
     n = motion[3, lane], motion[4, lane], motion[5, lane]
     x = motion[6, lane], motion[7, lane], motion[8, lane]
-    found = quaternion_of(x, n, cross(x, n))
+    quaternion = quaternion_of(x, n, cross(x, n))
     for k in range(4):
-        orientation[row, k] = found[k]
+        orientation[row, k] = quaternion[k]
     if instant > 0.0:
         omega[row, 0], omega[row, 1], omega[row, 2] = dot(w, x), dot(w, n), dot(w, cross(x, n))

@@ -66,7 +66,7 @@ def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
 def _check_spin(spin: Sequence[float], alpha1: float, sine: float) -> tuple[float, float, float]:
     """Return the spin before an impact if it is within its bounds, else raise InputError."""
     if np.shape(spin) != (3,):
-        raise InputError(f"spin: got {bounds.told(spin)}, allowed: three numbers")
+        raise InputError(f"spin: got {bounds.as_text(spin)}, allowed: three numbers")
     x, y, z = (bounds.SPIN.checked("spin", part) for part in spin)
     size, most = math.hypot(x, y, z), 0.5 * bounds.MOST_TURNED * sine
     if size > most:
