@@ -5,7 +5,7 @@ The files, in the order of a rebound:
 1. Which particle, and how does it arrive?
    random_particles  shape, aspect ratios and orientation, from random_numbers (Philox)
    impacts           angle, speed and spin of an impact, from the frame of the wall or of the lab
-   frames            vectors, and the frame of the wall in the lab; roughness: the facet in its place
+   frames            vectors, and the frame of the wall in the lab; roughness: facets of a wall
    shapes            vertices, moments of inertia and lowest point of the body
 2. rebound           collisions and flights, one after another, until the particle has left:
    contact           when and where the body next touches the wall
@@ -23,7 +23,7 @@ everywhere, model_bounds the allowed arguments, float_array a name for type hint
 parts makes that faster.
 
 Numbers are those of the paper (Panfilov & Tsirkunov 2022): lengths over a, the largest half-size,
-velocities over the impact speed V, angular velocities times a / V, mass one. A kernel takes those of
-one particle or of several in lanes, unless its docstring says otherwise: a shape such as (13,)
+velocities over the impact speed V, angular velocities times a / V, mass one. A kernel takes those
+of one particle or of several in lanes, unless its docstring says otherwise: a shape such as (13,)
 stands for (13, WIDTH) too.
 """

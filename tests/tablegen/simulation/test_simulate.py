@@ -21,7 +21,7 @@ from tablegen.simulation.simulate import check_impact_angle, make_condition, sim
 _CONFIG = load_config("corundum-steel")
 PAIR, POPULATION = _CONFIG.pair, _CONFIG.population
 CONDITION = make_condition(np.radians(40.0), 200.0)
-KERNEL = "tablegen.simulation.batches.simulate_batch"
+KERNEL = "tablegen.simulation.simulate.simulate_batch"
 
 #: False-alarm rate of each statistical test below.
 FALSE_ALARM = 1e-6
