@@ -111,6 +111,14 @@ def tangent(relative, e_y, keys):
 
 
 @inline_kernel
+def impact_frame(relative, normal, keys):
+    """Axes x, y, z of an impact: along the tangential velocity, along the normal, across both."""
+    e_y = unit(normal)
+    e_x = tangent(relative, e_y, keys)
+    return e_x, e_y, cross(e_x, e_y)
+
+
+@inline_kernel
 def impact_status(velocity, normal, half_size, wall_velocity):
     """Negative code for numbers from which no impact can be made, else `OK`."""
     finite = is_finite(velocity) and is_finite(wall_velocity)
@@ -139,9 +147,7 @@ def to_lab(impact, keys, out):
     velocity, normal, half_size, wall_velocity = impact
     relative = combine(1.0, velocity, -1.0, wall_velocity)
     speed = math.sqrt(dot(relative, relative))
-    e_y = unit(normal)
-    e_x = tangent(relative, e_y, keys)
-    e_z = cross(e_x, e_y)
+    e_x, e_y, e_z = impact_frame(relative, normal, keys)
     for part in range(2):
         scale = speed if part == 0 else speed / half_size
         plane = combine(out[3 * part], e_x, out[3 * part + 1], e_y)

@@ -166,6 +166,5 @@ def no_refcount_inline_kernel(function: _Function) -> _Function:
     return _inlined(function, _INLINE | _NO_REFCOUNT)
 
 
-def operation(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a function of kernels from one that types a call and writes its code."""
-    return cast(Callable[..., Any], intrinsic(function))
+#: Makes a function of kernels from one that types a call and writes its code.
+operation: Any = intrinsic

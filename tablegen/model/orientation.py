@@ -12,11 +12,10 @@ from tablegen.model.frames import (
     combine,
     cross,
     dot,
+    impact_frame,
     is_finite,
     item,
     keys_of_row,
-    tangent,
-    unit,
     vector,
 )
 from tablegen.model.impacts import MANY_TURNS, TURNS_TOO_OFTEN
@@ -94,12 +93,10 @@ def _lab_quaternion(n, x, frame):
 
 @no_refcount_inline_kernel
 def _frame_of_row(impacts, keys, row):
-    """Find the frame of an impact: along the tangential velocity, the normal, across both."""
+    """Axes of the impact in a row."""
     velocity, normal, _, wall_velocity = impacts
     relative = combine(1.0, vector(velocity, row), -1.0, vector(wall_velocity, row))
-    e_y = unit(vector(normal, row))
-    e_x = tangent(relative, e_y, keys_of_row(keys, row))
-    return e_x, e_y, cross(e_x, e_y)
+    return impact_frame(relative, vector(normal, row), keys_of_row(keys, row))
 
 
 @no_refcount_inline_kernel
