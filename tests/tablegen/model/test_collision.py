@@ -110,17 +110,9 @@ def collide_by_reference(impacts, law):
     return np.array([velocity for velocity, _ in made]) - impacts.velocity
 
 
-@pytest.fixture(scope="module")
-def impacts():
-    return random_impacts(np.random.default_rng(20240501), 6000)
-
-
-@pytest.fixture(scope="module")
-def collided(impacts):
-    return collide_all(impacts, NO_FLOOR)
-
-
-def test_velocity_change_is_the_root_found_by_bisection(impacts, collided):
+def test_velocity_change_is_the_root_found_by_bisection():
+    impacts = random_impacts(np.random.default_rng(20240501), 6000)
+    collided = collide_all(impacts, NO_FLOOR)
     expected = collide_by_reference(impacts, reference.Law())
     size = np.linalg.norm(expected, axis=1, keepdims=True)
     np.testing.assert_allclose(collided / size, expected / size, rtol=0.0, atol=1e-11)

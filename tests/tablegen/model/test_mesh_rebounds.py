@@ -1,4 +1,4 @@
-"""Rebounds of meshes are those of known shapes, whatever the pose and units, and keep every law."""
+"""Rebounds of meshes are those of known shapes, whatever the pose and units."""
 
 import math
 

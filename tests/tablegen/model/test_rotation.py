@@ -94,13 +94,9 @@ def drawn_rotations(numbers):
     return rotations
 
 
-@pytest.fixture(scope="module")
-def rotations():
-    return drawn_rotations(np.random.default_rng(9).random((20_000, 3)))
-
-
-def test_orientation_is_uniform(rotations):
-    assert least_p_value(rotations) > FALSE_ALARM
+def test_orientation_is_uniform():
+    numbers = np.random.default_rng(9).random((20_000, 3))
+    assert least_p_value(drawn_rotations(numbers)) > FALSE_ALARM
 
 
 def test_uniform_euler_angles_and_an_uneven_sampler_are_rejected():
