@@ -13,7 +13,7 @@ from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import keys_of_run
 from tablegen.progress import bar
 from tablegen.simulation.batches import in_slices
-from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.direct_impacts import DirectArrays
 
 #: Static and dynamic coefficients, and restitutions; None is the pair's own law.
 COEFFICIENTS = (
@@ -102,7 +102,8 @@ def _run_law(
     changes = {"resistance": source | {"law": "coulomb", "static": static, "dynamic": dynamic}}
     if e is not None:
         changes["restitution"] = source | {"law": "constant", "value": e}
-    arrays = DirectModel(config.with_changes({"pair": changes})).arrays
+    changed = config.with_changes({"pair": changes})
+    arrays = DirectArrays.of(changed.pair, changed.population, changed.model)
     rng = np.random.default_rng(seed)
     alpha, speed = np.radians(rng.uniform(0.5, 90.0, count)), rng.uniform(5.0, 300.0, count)
     spin = rng.standard_normal((count, 3))
@@ -114,7 +115,7 @@ def _run_law(
     def work(part: slice) -> tuple[int, float]:
         begin, n = time.perf_counter(), part.stop - part.start
         conditions, axes, kind = np.empty((n, CONDITION_SIZE)), np.empty((n, 6)), np.empty((n, 3))
-        wall_conditions(alpha, speed, spin, arrays.numerics, conditions, part.start)
+        wall_conditions(alpha[part], speed[part], spin[part], arrays.numerics, conditions)
         given = arrays.law, arrays.population, conditions, keys_of_run(seed, 0, part.start, n)
         stuck = simulate_batch(*given, axes, state[part], collisions[part], kind, energy[part])
         done[part] = stuck < 0  # of the others of its slice nothing is known

@@ -1,25 +1,29 @@
-"""The direct model of a rebound: numba kernels on floats and arrays, nothing else.
+"""The direct model of a rebound: numba kernels on floats and arrays, and nothing above them.
 
-A kernel takes the numbers and arrays of one particle or of several in lanes (`simd`), unless its
-docstring says otherwise: a shape such as (13,) stands for (13, WIDTH) too.
+The files, in the order of a rebound:
 
-jit               options of the compiler, cache of machine code
-simd              vector values of eight floats, and the operations they share with floats
-elementary        exponential, logarithm, sine and cosine with the same bits everywhere
-random_numbers    Philox and the normal quantile
-frames            vectors, and the frame of the wall in the lab frame
-roughness         facets of rough walls
-contact_laws      restitution and resistance at the contact point
-collision         one collision, equations (1)-(7) of the paper
-coulomb           one collision under Coulomb friction; sliding: its pieces
-shapes            vertices, moments of inertia, support function and map
-rotation          free rotation of an asymmetric body as a Taylor series
-contact           when and where a free particle next touches the wall
-impacts           impact conditions, in the frame of the wall or in the lab frame
-rebound           a whole rebound: collisions and flights until the particle has left
-lockstep          many particles of one shape, eight at a time
-audit             every law checked on every collision and flight
-random_particles  random shape, aspect ratios and orientation
-particle_run      many particles, at one condition or at one each
-model_bounds      bounds of the arguments
+1. Which particle, and how does it arrive?
+   random_particles  shape, aspect ratios and orientation, from random_numbers (Philox)
+   impacts           angle, speed and spin of an impact, from the frame of the wall or of the lab
+   frames            vectors, and the frame of the wall in the lab; roughness: facets of a wall
+   shapes            vertices, moments of inertia and lowest point of the body
+2. rebound           collisions and flights, one after another, until the particle has left:
+   contact           when and where the body next touches the wall
+   rotation          how it turns meanwhile: free rotation of an asymmetric body, a Taylor series
+   contact_laws      what a contact gives back: a_nc (6) and C_f (7)
+   collision         the impulse of a contact, equations (1)-(5): the root of a cubic
+   coulomb           the same under Coulomb friction; sliding: its pieces
+3. How does it leave?
+   orientation       quaternions after the rebound, and tumbling to the next wall
+
+rebound follows one particle, lockstep eight of a shape at a time, in the lanes of vector registers
+(simd), by the same functions; particle_run calls them for many. audit checks every collision and
+flight of a run against the laws in their defining form. elementary has functions with the same bits
+everywhere, model_bounds the allowed arguments, float_array a name for type hints. jit compiles, and
+parts makes that faster.
+
+Numbers are those of the paper (Panfilov & Tsirkunov 2022): lengths over a, the largest half-size,
+velocities over the impact speed V, angular velocities times a / V, mass one. A kernel takes those
+of one particle or of several in lanes, unless its docstring says otherwise: a shape such as (13,)
+stands for (13, WIDTH) too.
 """

@@ -138,7 +138,7 @@ def search_polyhedron(body, series, y, v, bounds, span):
     # the candidates for a direction are complete until it has turned by the slack of their map
     map_lifetime = body.support_map.slack / (bounds[0] + TINY)
     t = valid_until = 0.0
-    found = False
+    lands = False
     searching = span > 0.0
     while any_lane(searching):
         n, d = _normal_and_rate(series, t)
@@ -149,11 +149,11 @@ def search_polyhedron(body, series, y, v, bounds, span):
             valid_until = select(stale, t + map_lifetime, valid_until)
             limit = minimum(limit, maximum(valid_until - t, 0.0))
         touches, step = _safe_step(body, n, d, fma(v, t, y), v, bounds, limit)
-        found = found | (searching & touches)
+        lands = lands | (searching & touches)
         searching = searching & logical_not(touches)
         t = select(searching, t + step, t)
         searching = searching & (t < span)
-    return select(found, t, -1.0)
+    return select(lands, t, -1.0)
 
 
 @no_refcount_kernel
@@ -170,7 +170,7 @@ def search_ellipsoid(body, series, y, v, bounds, span):
     uneven = 1.0 - c2
     acceleration = maximum(2.0 * (uneven * (2.0 * turn * turn + change) - v * v), TINY)
     t = 0.0
-    found = False
+    lands = False
     searching = span > 0.0
     while any_lane(searching):
         n, d = _normal_and_rate(series, t)
@@ -180,12 +180,12 @@ def search_ellipsoid(body, series, y, v, bounds, span):
         rate = 2.0 * (height * v - (n[0] * d[0] + b2 * (n[1] * d[1]) + c2 * (n[2] * d[2])))
         contact = 2.0 * CONTACT_HEIGHT * sqrt(h2)
         touches = (gap <= contact) & (rate < 0.0)
-        found = found | (searching & touches)
+        lands = lands | (searching & touches)
         searching = searching & logical_not(touches)
         step = safe_time(maximum(gap, contact), rate, acceleration, span - t)
         t = select(searching, t + step, t)
         searching = searching & (t < span)
-    return select(found, t, -1.0)
+    return select(lands, t, -1.0)
 
 
 @no_refcount_inline_kernel

@@ -163,8 +163,8 @@ def _each_other_restitution(law, contact_speed, cosine):
     """Restitution coefficients of lanes by a law that is not the exponential one."""
     value = cosine
     for i in range(width(cosine)):
-        found = other_restitution(law, extract(contact_speed, i), extract(cosine, i))
-        value = insert(value, i, found)
+        coefficient = other_restitution(law, extract(contact_speed, i), extract(cosine, i))
+        value = insert(value, i, coefficient)
     return value
 
 

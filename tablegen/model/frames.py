@@ -71,6 +71,13 @@ def item(values, k):
     return values[np.uint64(k)] if values.size > 1 else values[0]
 
 
+@no_refcount_inline_kernel
+def keys_of_row(keys, k):
+    """Seed, index and hit of row k; there is an index and a hit for each row, or one for all."""
+    seed, index, hit = keys
+    return seed, item(index, k), item(hit, k)
+
+
 @inline_kernel
 def _perpendicular(e_y, azimuth):
     """Return a unit vector perpendicular to the unit vector e_y, at an angle (rad) about it.
@@ -104,6 +111,14 @@ def tangent(relative, e_y, keys):
 
 
 @inline_kernel
+def impact_frame(relative, normal, keys):
+    """Axes x, y, z of an impact: along the tangential velocity, along the normal, across both."""
+    e_y = unit(normal)
+    e_x = tangent(relative, e_y, keys)
+    return e_x, e_y, cross(e_x, e_y)
+
+
+@inline_kernel
 def impact_status(velocity, normal, half_size, wall_velocity):
     """Negative code for numbers from which no impact can be made, else `OK`."""
     finite = is_finite(velocity) and is_finite(wall_velocity)
@@ -132,9 +147,7 @@ def to_lab(impact, keys, out):
     velocity, normal, half_size, wall_velocity = impact
     relative = combine(1.0, velocity, -1.0, wall_velocity)
     speed = math.sqrt(dot(relative, relative))
-    e_y = unit(normal)
-    e_x = tangent(relative, e_y, keys)
-    e_z = cross(e_x, e_y)
+    e_x, e_y, e_z = impact_frame(relative, normal, keys)
     for part in range(2):
         scale = speed if part == 0 else speed / half_size
         plane = combine(out[3 * part], e_x, out[3 * part + 1], e_y)

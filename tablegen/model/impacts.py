@@ -24,6 +24,7 @@ from tablegen.model.frames import (
     impact_status,
     is_finite,
     item,
+    keys_of_row,
     tangent,
     to_lab,
     unit,
@@ -209,27 +210,27 @@ def _lab_condition(impact, omega, keys, numerics):
 
 
 @kernel
-def wall_conditions(alpha1, speed, spin, numerics, values, start):
+def wall_conditions(alpha1, speed, spin, numerics, values):
     """Conditions of impacts in the frame of the wall: first bad row, or -1, and its code.
 
-    ``alpha1`` and ``speed`` are (n,) or (1,), ``spin`` (n, 3) or (1, 3); ``values`` (m, 9) gets
-    the conditions of the rows from ``start`` on.
+    ``alpha1`` and ``speed`` are (n,) or (1,), ``spin`` (n, 3) or (1, 3); ``values`` (n, 9) gets
+    the conditions.
     """
     lanes = lane_array(3)
     for first in range(0, values.shape[0], WIDTH):
         count = min(WIDTH, values.shape[0] - first)
         for i in range(WIDTH):
-            lanes[0, i] = _allowed_angle(item(alpha1, start + first + min(i, count - 1)))
+            lanes[0, i] = _allowed_angle(item(alpha1, first + min(i, count - 1)))
         cosine, sine = cosine_and_sine(load(lanes, 0))
         store(lanes, 1, cosine)
         store(lanes, 2, sine)
         for i in range(count):
-            row = start + first + i
+            row = first + i
             given = item(alpha1, row), (lanes[1, i], lanes[2, i]), item(speed, row)
             status, condition = _wall_condition(*given, vector(spin, row), numerics)
             if status != OK:
                 return row, status
-            put_condition(condition, values, first + i)
+            put_condition(condition, values, row)
     return -1, OK
 
 
@@ -242,28 +243,23 @@ def _impact(impacts, row):
 
 
 @no_refcount_kernel
-def lab_conditions(impacts, omega, keys, numerics, values, start):
+def lab_conditions(impacts, omega, keys, numerics, values):
     """Conditions of impacts in the lab frame; the results are those of `wall_conditions`.
 
     ``impacts``: velocity, normal, half-size and velocity of the wall, of n rows or one, as is
     ``omega``, (n, 3) or (1, 3); ``keys``: seed, and index and hit of n rows or one.
     """
-    seed, index, hit = keys
-    for k in range(values.shape[0]):
-        row = start + k
-        one = seed, item(index, row), item(hit, row)
-        status, condition = _lab_condition(_impact(impacts, row), vector(omega, row), one, numerics)
+    for row in range(values.shape[0]):
+        given = _impact(impacts, row), vector(omega, row), keys_of_row(keys, row)
+        status, condition = _lab_condition(*given, numerics)
         if status != OK:
             return row, status
-        put_condition(condition, values, k)
+        put_condition(condition, values, row)
     return -1, OK
 
 
 @no_refcount_kernel
-def states_to_lab(impacts, keys, states, start):
-    """Replace the states of the rows from ``start`` on by velocities and angular velocities."""
-    seed, index, hit = keys
-    for k in range(states.shape[0]):
-        row = start + k
-        one = seed, item(index, row), item(hit, row)
-        to_lab(_impact(impacts, row), one, states[k])
+def states_to_lab(impacts, keys, states):
+    """Replace states (n, 6) by velocities and angular velocities in the lab frame."""
+    for row in range(states.shape[0]):
+        to_lab(_impact(impacts, row), keys_of_row(keys, row), states[row])

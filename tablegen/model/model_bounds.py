@@ -44,7 +44,7 @@ class Bounds:
     def refusal(self, name: str, value: Any) -> InputError:
         """Error for a value that is no number of the range."""
         unit = self.unit if math.isfinite(as_number(value)) else ""
-        return InputError(f"{name}: got {told(value)}{unit}, allowed: {self.words}")
+        return InputError(f"{name}: got {as_text(value)}{unit}, allowed: {self.words}")
 
 
 def as_number(value: Any) -> float:
@@ -57,7 +57,7 @@ def as_number(value: Any) -> float:
         return math.nan
 
 
-def told(value: Any) -> str:
+def as_text(value: Any) -> str:
     """Text of a given value, short and in one line."""
     if isinstance(value, Real) and not isinstance(value, bool):
         try:

@@ -8,7 +8,16 @@ impact, `tablegen.model.frames`, turns one into the other.
 import math
 
 from sampler.errors import NOT_FINITE
-from tablegen.model.frames import combine, cross, dot, is_finite, item, tangent, unit, vector
+from tablegen.model.frames import (
+    combine,
+    cross,
+    dot,
+    impact_frame,
+    is_finite,
+    item,
+    keys_of_row,
+    vector,
+)
 from tablegen.model.impacts import MANY_TURNS, TURNS_TOO_OFTEN
 from tablegen.model.jit import inline_kernel, kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.model_bounds import MOST_TURNED
@@ -84,12 +93,10 @@ def _lab_quaternion(n, x, frame):
 
 @no_refcount_inline_kernel
 def _frame_of_row(impacts, keys, row):
-    """Find the frame of an impact: along the tangential velocity, the normal, across both."""
+    """Axes of the impact in a row."""
     velocity, normal, _, wall_velocity = impacts
     relative = combine(1.0, vector(velocity, row), -1.0, vector(wall_velocity, row))
-    e_y = unit(vector(normal, row))
-    e_x = tangent(relative, e_y, (keys[0], item(keys[1], row), item(keys[2], row)))
-    return e_x, e_y, cross(e_x, e_y)
+    return impact_frame(relative, vector(normal, row), keys_of_row(keys, row))
 
 
 @no_refcount_inline_kernel
@@ -99,18 +106,18 @@ def _quaternion(values, row):
 
 
 @no_refcount_kernel
-def axes_from(orientation, impacts, keys, axes, start):
-    """Write wall axes in body axes, (m, 6), of the rows from ``start`` on.
+def axes_from(orientation, impacts, keys, axes):
+    """Write wall axes in body axes, (n, 6).
 
     ``orientation`` (n, 4) or (1, 4), ``impacts`` and ``keys`` as of
     `tablegen.model.impacts.lab_conditions`. Returns the first bad row, or -1, and its code.
     """
     for k in range(axes.shape[0]):
-        quaternion = _quaternion(orientation, start + k)
+        quaternion = _quaternion(orientation, k)
         status = rotation_status(quaternion)
         if status != 0:
-            return start + k, status
-        e_x, e_y, _ = _frame_of_row(impacts, keys, start + k)
+            return k, status
+        e_x, e_y, _ = _frame_of_row(impacts, keys, k)
         n, x = to_body(quaternion, e_y), to_body(quaternion, e_x)
         for i in range(3):
             axes[k, i], axes[k, 3 + i] = n[i], x[i]
@@ -118,13 +125,13 @@ def axes_from(orientation, impacts, keys, axes, start):
 
 
 @no_refcount_kernel
-def orientations_from(axes, impacts, keys, orientation, start):
-    """Write the quaternions, (m, 4), of particles with wall axes (m, 6) in body axes."""
+def orientations_from(axes, impacts, keys, orientation):
+    """Write the quaternions, (n, 4), of particles with wall axes (n, 6) in body axes."""
     for k in range(axes.shape[0]):
         n, x = (axes[k, 0], axes[k, 1], axes[k, 2]), (axes[k, 3], axes[k, 4], axes[k, 5])
-        found = _lab_quaternion(n, x, _frame_of_row(impacts, keys, start + k))
+        quaternion = _lab_quaternion(n, x, _frame_of_row(impacts, keys, k))
         for i in range(4):
-            orientation[k, i] = found[i]
+            orientation[k, i] = quaternion[i]
 
 
 @no_refcount_kernel
@@ -225,8 +232,8 @@ def _take_turned(motion, lane, row, instant, omega, orientation):
     w = motion[0, lane], motion[1, lane], motion[2, lane]
     n = motion[3, lane], motion[4, lane], motion[5, lane]
     x = motion[6, lane], motion[7, lane], motion[8, lane]
-    found = quaternion_of(x, n, cross(x, n))
+    quaternion = quaternion_of(x, n, cross(x, n))
     for k in range(4):
-        orientation[row, k] = found[k]
+        orientation[row, k] = quaternion[k]
     if instant > 0.0:
         omega[row, 0], omega[row, 1], omega[row, 2] = dot(w, x), dot(w, n), dot(w, cross(x, n))

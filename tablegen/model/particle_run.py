@@ -54,6 +54,8 @@ def _sorted_by_shape(kind, codes):
 def follow_one(law, population, condition, drawn, motion, storage, audit):
     """Rebound of one random particle with a given orientation.
 
+    It counts no references, because a body is made of slices of the caller's arrays.
+
     ``drawn``: shape code, b / a and c / b; ``motion`` (13,): the orientation, and on return the
     motion after the rebound; ``storage``: arrays for vertices and their number, an empty map, and
     the work space of `rebound`. Returns the status, the number of collisions, the angular velocity

@@ -81,21 +81,19 @@ def _pick_row(population, u):
 
 
 @no_refcount_inline_kernel
-def _numbers(seed, index, hit):
-    """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape."""
+def _uniforms(seed, index, hit, grain):
+    """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape.
+
+    The orientation is that of ``hit``, the grain that of the hit ``grain``.
+    """
     key, index = np.uint64(seed) ^ SIMULATION_KEY, np.uint64(index)
-    w0, w1, w2, w3 = philox_block(key, index, np.uint32(hit), np.uint32(0))
-    v0, v1, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(1))
-    return uniform(w0), uniform(w1), uniform(w2), uniform(w3), uniform(v0), uniform(v1)
-
-
-@no_refcount_inline_kernel
-def _mixed_numbers(seed, index, hit, grain):
-    """Numbers of a particle: of the hit ``grain`` for the grain, of ``hit`` for the orientation."""
-    first, second, u, v, w, which = _numbers(seed, index, hit)
+    b_over_a, c_over_b, u, v = philox_block(key, index, np.uint32(hit), np.uint32(0))
+    w, shape, _, _ = philox_block(key, index, np.uint32(hit), np.uint32(1))
     if grain != hit:
-        first, second, _, _, _, which = _numbers(seed, index, grain)
-    return first, second, u, v, w, which
+        b_over_a, c_over_b, _, _ = philox_block(key, index, np.uint32(grain), np.uint32(0))
+        _, shape, _, _ = philox_block(key, index, np.uint32(grain), np.uint32(1))
+    sizes = uniform(b_over_a), uniform(c_over_b)
+    return *sizes, uniform(u), uniform(v), uniform(w), uniform(shape)
 
 
 @no_refcount_inline_kernel
@@ -116,7 +114,7 @@ def draw_grain(population, seed, index, hit):
 
     Mesh number k of the population has the code FIRST_MESH + k, and half-sizes of its own.
     """
-    first, second, _, _, _, which = _numbers(seed, index, hit)
+    first, second, _, _, _, which = _uniforms(seed, index, hit, hit)
     shape = population.shape_codes[_pick_row(population, which)]
     ratios = aspect_ratio(population.aspect, 0, first), aspect_ratio(population.aspect, 1, second)
     b_over_a, c_over_b = _own_sizes(population, shape, *ratios)
@@ -170,7 +168,7 @@ def draw_particles(population, keys, axes, kind):
             k = start + min(i, count - 1)
             hit = item(keys.hit, k)
             grain = hit if given else item(keys.grain, k)
-            u = _mixed_numbers(keys.seed, item(keys.particle, k), hit, grain)
+            u = _uniforms(keys.seed, item(keys.particle, k), hit, grain)
             for j in range(6):
                 words[j, i] = u[j]
         if not keys.oriented:

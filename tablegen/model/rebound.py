@@ -90,7 +90,7 @@ def _dot(a, b):
 
 @no_refcount_inline_kernel
 def wall_spin(moments, instant, motion):
-    """Angular velocity in wall axes: the mean over free tumbling, or where told that of now."""
+    """Angular velocity in wall axes: the mean over free tumbling, or that of ``instant``."""
     x, n, z = _wall_axes(motion)
     w = load_three(motion, 0)
     momentum = moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]

@@ -28,7 +28,17 @@ import math
 
 import numpy as np
 
-from tablegen.model.frames import combine, cross, dot, impact_angle, tangent, unit, vector
+from tablegen.model.frames import (
+    combine,
+    cross,
+    dot,
+    impact_angle,
+    item,
+    keys_of_row,
+    tangent,
+    unit,
+    vector,
+)
 from tablegen.model.jit import kernel, no_refcount_kernel
 from tablegen.model.random_numbers import normal_cdf, normal_quantile, philox_block, uniform
 
@@ -110,22 +120,22 @@ def facet_normals(moving, normal, roughness, across, keys, facets):
 
     ``moving`` (n, 3): velocities relative to the mean wall, towards it or along it [m/s];
     ``normal`` (n, 3): of the mean wall, into the gas, of any length but zero; ``roughness`` (n,)
-    in rad, 0 for a smooth wall; ``across`` (n,): of the tilt across the plane of
-    incidence; ``keys``: seed, and index and hit of n rows. Normals of any length but zero are
-    written to ``facets`` (n, 3).
+    in rad, 0 for a smooth wall; ``across`` (n,): of the tilt across the plane of incidence;
+    ``keys``: seed, and index and hit. Each has n rows, or one for all. Normals of any length but
+    zero are written to ``facets`` (n, 3).
     """
-    seed, index, hit = keys
     for k in range(facets.shape[0]):
         velocity, facet = vector(moving, k), unit(vector(normal, k))
-        if roughness[k] > 0.0:
-            one = seed, index[k], hit[k]
+        along, side = item(roughness, k), item(across, k)
+        if along > 0.0:
+            one = keys_of_row(keys, k)
             alpha1 = max(impact_angle(velocity, facet), 0.0)
-            tilt = draw_tilt(alpha1, roughness[k], one)
+            tilt = draw_tilt(alpha1, along, one)
             # at normal impact, in a plane at the azimuth of the keys
             e_x = tangent(velocity, facet, one)
             tilted = combine(math.cos(tilt), facet, -math.sin(tilt), e_x)
-            if across[k] > 0.0:
-                other, e_z = draw_across(across[k], one), cross(e_x, facet)
+            if side > 0.0:
+                other, e_z = draw_across(side, one), cross(e_x, facet)
                 size = math.cos(tilt) * math.sin(other)
                 tilted = combine(math.cos(other), tilted, size, e_z)
             facet = tilted

@@ -16,14 +16,14 @@ Arrays hold lanes in their last dimension, of length WIDTH: (13,) is the motion 
 """
 
 import operator
+from typing import Any
 
 import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core.errors import TypingError
 from numba.core.typeconv import Conversion
-from numba.core.typing.templates import AbstractTemplate, infer_global
-from numba.extending import lower_builtin, lower_cast, models, register_model
+from numba.extending import lower_builtin, lower_cast, models, register_model, type_callable
 
 from tablegen.model.jit import inline_kernel, operation
 
@@ -100,14 +100,16 @@ def _operator(symbols, result, operand, count, emit):
     """Give numba operators an implementation for lanes or masks."""
     arguments = (operand,) * count
 
-    def generic(self, given, _keywords):
-        return result(*arguments) if operand in given else None
+    # numba asks for functions with as many arguments as the operator has
+    def type_of_one(a):
+        return result(*arguments) if a == operand else None
 
-    # Those of a target are asked first, before some dozen that numba has for other types.
-    members = {"generic": generic, "metadata": {"target": "cpu"}}
+    def type_of_two(a, b):
+        return result(*arguments) if operand in (a, b) else None
+
+    type_of: Any = type_of_one if count == 1 else type_of_two
     for symbol in symbols:
-        name = f"_Lanes_{symbol.__name__}"
-        infer_global(symbol)(type(name, (AbstractTemplate,), {"key": symbol, **members}))
+        type_callable(symbol)(lambda context: type_of)
 
         @lower_builtin(symbol, *arguments)
         def implement(context, builder, sig, args):

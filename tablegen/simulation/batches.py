@@ -10,16 +10,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tablegen.config.pairs import MaterialPair
-from tablegen.config.population import Population
-from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.coulomb import PIECE_ALARM
 from tablegen.model.float_array import FloatArray
-from tablegen.model.impacts import Condition, one_row
-from tablegen.model.particle_run import simulate_audited, simulate_batch
-from tablegen.model.random_particles import keys_of_run
 from tablegen.model.rebound import COLLISION_ALARM
 
 if TYPE_CHECKING:
@@ -93,59 +86,3 @@ def first_not_finite(*arrays: FloatArray) -> int:
     """Find the first row, in any of several arrays (n, k), with NaN or infinity; -1 if none."""
     bad = [np.flatnonzero(~np.isfinite(array).all(axis=1)) for array in arrays]
     return min((int(rows[0]) for rows in bad if rows.size), default=-1)
-
-
-class ParticleRun:
-    """Particles at one condition; arguments as for `simulate_condition`."""
-
-    def __init__(
-        self,
-        pair: MaterialPair,
-        population: Population,
-        condition: Condition,
-        seed: int,
-        stream: int,
-        audited: bool = False,
-    ) -> None:
-        law = pair.kernel_arguments(population.only_spheres)
-        self._shared = law, population.kernel_arguments(), one_row(condition)
-        self._keys = seed, stream
-        self._audited = audited
-
-    def simulate(
-        self,
-        first: int,
-        state: FloatArray,
-        collisions: NDArray[np.int64],
-        kind: FloatArray,
-        energy: FloatArray,
-    ) -> FloatArray:
-        """Simulate particles from index `first` on into arrays with a row for each.
-
-        Returns the largest violation of each law if the run is audited. Raises RuntimeError if a
-        particle has too many collisions.
-        """
-        keys = keys_of_run(*self._keys, first, len(state))
-        arguments = (
-            *self._shared,
-            keys,
-            np.empty((len(state), 6)),
-            state,
-            collisions,
-            kind,
-            energy,
-        )
-        audit = np.zeros(AUDIT_SIZE if self._audited else 0)
-        stuck = simulate_audited(*arguments, audit) if self._audited else simulate_batch(*arguments)
-        if stuck >= 0:
-            seed, stream = self._keys
-            raise unfinished(f"particle {first + stuck} of seed {seed}, stream {stream}")
-        return audit
-
-    def check_finite(
-        self, first: int, *arrays: FloatArray, simulation: "Simulation | None" = None
-    ) -> None:
-        """Raise `NotFiniteError` for a row, counted from particle `first`, that is not finite."""
-        bad = first_not_finite(*arrays)
-        if bad >= 0:
-            raise NotFiniteError(first + bad, *self._keys, simulation)

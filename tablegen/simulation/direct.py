@@ -1,8 +1,6 @@
 """Direct rebounds of particles that each have their own velocity, spin and grain."""
 
 import math
-from collections.abc import Callable
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,25 +26,20 @@ from tablegen.config.config import Config, ModelSettings
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
-from tablegen.model.impacts import CONDITION_SIZE, lab_conditions, states_to_lab, wall_conditions
 from tablegen.model.model_bounds import ASPECT
-from tablegen.model.orientation import axes_from, orientations_from, tumble_all
-from tablegen.model.particle_run import simulate_batch
+from tablegen.model.orientation import tumble_all
 from tablegen.model.random_particles import first_misfit
 from tablegen.simulation.batches import first_not_finite, in_slices
-from tablegen.simulation.direct_rows import OWN, DirectArrays, Failure, Particles, failure_of
-from tablegen.simulation.rough_walls import RoughImpacts, rough_rebounds
-
-#: Arguments that make an impact in the lab frame.
-_IMPACT = ("velocity", "normal", "half_size", "wall_velocity")
-
-#: An impact whose frame is the lab frame.
-_WALL = (
-    np.array([[1.0, -1.0, 0.0]]),
-    np.array([[0.0, 1.0, 0.0]]),
-    np.ones(1),
-    np.zeros((1, 3)),
+from tablegen.simulation.direct_impacts import (
+    DirectArrays,
+    DirectImpacts,
+    DirectResults,
+    Failure,
+    failure_of,
+    writable_arrays,
 )
+from tablegen.simulation.rough_walls import rough_rebounds
+from tablegen.simulation.smooth_walls import smooth_rebounds
 
 
 class DirectRebound(NamedTuple):
@@ -89,7 +82,8 @@ class DirectModel:
 
     def __init__(self, config: Config, population: Population | None = None) -> None:
         instant = config.domain.omega == "departure"
-        self._take(config.pair, population or config.population, config.model, instant)
+        particles = population or config.population
+        self._arrays = DirectArrays.of(config.pair, particles, config.model, instant)
 
     @classmethod
     def of_parts(
@@ -97,18 +91,8 @@ class DirectModel:
     ) -> "DirectModel":
         """Make a model of laws, particles and numerical parameters without a configuration."""
         model = cls.__new__(cls)
-        model._take(pair, population, numerics, instant=False)
+        model._arrays = DirectArrays.of(pair, population, numerics)
         return model
-
-    def _take(
-        self, pair: MaterialPair, population: Population, numerics: ModelSettings, instant: bool
-    ) -> None:
-        """Keep laws, particles and numerical parameters as kernels take them."""
-        self.arrays = DirectArrays(
-            pair.kernel_arguments(population.only_spheres),
-            population.kernel_arguments(),
-            (numerics.contact_resolution, numerics.tolerance, float(instant)),
-        )
 
     def sample(
         self,
@@ -156,11 +140,8 @@ class DirectModel:
             If a particle is still in contact after 10**8 collisions.
         """
         given = {"alpha1": alpha1, "speed": speed} | present(spin=spin, orientation=orientation)
-        particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
-        alpha1, speed, spins = map(particles.array, ("alpha1", "speed", "spin"))
-        fill = partial(wall_conditions, alpha1, speed, spins, self.arrays.numerics)
-        states, _ = self._simulated(particles, threads, fill, _WALL)
-        return states.reshape(*particles.call.shape, 6)
+        call, impacts = self._impacts(given, grain, Keys(seed, index, hit, rng, size))
+        return self._simulated(call, impacts, threads).states.reshape(*call.shape, 6)
 
     def rebound(
         self,
@@ -223,19 +204,10 @@ class DirectModel:
         if roughness is not None:
             given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
             given["across"] = given["roughness"] if isotropic else 0.0
-        particles = self._particles(given, grain, Keys(seed, index, hit, rng, size))
-        numbers = tuple(particles.array(name) for name in _IMPACT)
-        keys_of_rows = particles.lab_keys
-        fill = partial(
-            lab_conditions, numbers, particles.array("omega"), keys_of_rows, self.arrays.numerics
-        )
-        finish = partial(states_to_lab, numbers, keys_of_rows)
-        states, turned = self._simulated(particles, threads, fill, numbers, finish, works)
-        if works is not None:
-            works *= 0.5 * np.square(numbers[0] - numbers[3]).sum(axis=1, keepdims=True)
-        parts = (states[:, :3].copy(), states[:, 3:].copy(), turned)
-        shape = particles.call.shape
-        return DirectRebound(*(part.reshape(*shape, part.shape[1]) for part in parts))
+        call, impacts = self._impacts(given, grain, Keys(seed, index, hit, rng, size))
+        results = self._simulated(call, impacts, threads, works)
+        parts = results.states[:, :3].copy(), results.states[:, 3:].copy(), results.orientation
+        return DirectRebound(*(part.reshape(*call.shape, part.shape[1]) for part in parts))
 
     def tumble(
         self,
@@ -280,17 +252,14 @@ class DirectModel:
             "time": time,
         }
         call = broadcast(given, Keys(rng=np.random.default_rng(0)))
-        particles = Particles(call, OWN, None)
-        n = call.rows.n
-        turned, spins = (
-            np.array(np.broadcast_to(particles.array(name), (n, width)))
-            for name, width in (("orientation", 4), ("omega", 3))
-        )
-        _, population, numerics = self.arrays
-        others = self._checked_grains(call), spins, particles.array("time"), turned
-        row, code = tumble_all(population, numerics, *others)
+        n, arrays = call.rows.n, writable_arrays(call)
+        turned = np.array(np.broadcast_to(arrays["orientation"], (n, 4)))
+        spins = np.array(np.broadcast_to(arrays["omega"], (n, 3)))
+        self._check_grains(call, arrays["grain"])
+        _, population, numerics = self._arrays
+        row, code = tumble_all(population, numerics, arrays["grain"], spins, arrays["time"], turned)
         if row >= 0:
-            raise failure_of(call, Failure(row, code))
+            raise failure_of(call, row, code)
         return turned.reshape(*call.shape, 4), spins.reshape(*call.shape, 3)
 
     def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
@@ -298,28 +267,31 @@ class DirectModel:
 
         The shape code of mesh number k of the population is FIRST_MESH + k.
         """
-        particles = Particles(broadcast({}, Keys(seed, index)), OWN, None)
-        grains = particles.grains(self.arrays, slice(0, particles.call.rows.n))
-        return grains.reshape(*particles.call.shape, 3)
+        call = broadcast({}, Keys(seed, index))
+        grains = DirectImpacts.of_call(call).grains(call.rows.n, self._arrays.population)
+        return grains.reshape(*call.shape, 3)
 
-    def _particles(self, given: dict[str, Any], grain: Grain, keys: Keys) -> Particles:
-        """Broadcast the arguments, and say where the grains come from."""
+    def _impacts(
+        self, given: dict[str, Any], grain: Grain, keys: Keys
+    ) -> tuple[Call, DirectImpacts]:
+        """Broadcast the arguments, with zeros for a spin or a wall velocity that is left out."""
         check_grain_word(grain)
         drawn = isinstance(grain, str)
         call = broadcast(given if drawn else given | {"grain": grain}, keys)
         for name in ("omega", "wall_velocity") if "velocity" in given else ("spin",):
             call.rows.arrays.setdefault(name, np.zeros((1, 3)))
-        made_at = call.rows.arrays["hit"] if drawn and grain == "fresh" else OWN
-        return Particles(call, made_at, None if drawn else self._checked_grains(call))
+        impacts = DirectImpacts.of_call(call, fresh=drawn and grain == "fresh")
+        if impacts.grain is not None:
+            self._check_grains(call, impacts.grain)
+        return call, impacts
 
-    def _checked_grains(self, call: Call) -> FloatArray:
-        """Return the given grains; refuse the first that is not a grain."""
-        grains = Particles(call, OWN, None).array("grain")
-        row = first_misfit(self.arrays.population, grains)
+    def _check_grains(self, call: Call, grains: FloatArray) -> None:
+        """Refuse the first row that is not a grain of the population."""
+        row = first_misfit(self._arrays.population, grains)
         if row < 0:
-            return grains
+            return
         got = ", ".join(f"{x:.9g}" for x in grains[row])
-        meshes = self.arrays.population.meshes.resolutions.size
+        meshes = self._arrays.population.meshes.resolutions.size
         raise InputError(
             f"grain: got {got} at {place(row, call.shape)}, allowed: the code of a shape"
             f"{' or mesh' if meshes else ''}, and b/a and c/b, both {ASPECT.words}, of a sphere 1"
@@ -327,83 +299,24 @@ class DirectModel:
 
     def _simulated(
         self,
-        particles: Particles,
+        call: Call,
+        impacts: DirectImpacts,
         threads: int | None,
-        fill: Callable[..., Any],
-        impacts: tuple[NDArray[Any], ...],
-        finish: Callable[..., Any] | None = None,
         works: FloatArray | None = None,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Simulate all rows in threads; raise the error of the first that fails.
+    ) -> DirectResults:
+        """Simulate all impacts in threads; raise the error of the first row that fails."""
+        results = DirectResults.empty(call.rows.n, works)
+        rebounds = smooth_rebounds if impacts.roughness is None else rough_rebounds
 
-        `fill` writes conditions from a row on and returns the first bad row, or -1, and its code;
-        `impacts` are velocity, normal, half-size and wall velocity, whose frames orientations are
-        given in; `finish` turns states from a row on into another frame; `works` (n, 2) is written.
-        Returns states (n, 6) and orientations (n, 4), which only `finish` brings.
-        """
-        call = particles.call
-        states, turned = np.empty((call.rows.n, 6)), np.empty((call.rows.n, 4))
-        energy = np.empty((call.rows.n, 2 if works is None else 4))
-        rough = "roughness" in call.rows.arrays
+        def work(part: slice) -> None:
+            try:
+                rebounds(self._arrays, impacts.of(part), results.of(part))
+            except Failure as failure:
+                raise failure_of(call, part.start + failure.row, failure.code) from None
 
-        def work(part: slice) -> Failure | None:
-            conditions = np.empty((part.stop - part.start, CONDITION_SIZE))
-            row, code = fill(conditions, part.start)
-            if row >= 0:
-                return Failure(row, code)
-            if rough:
-                found = RoughImpacts.of_rows(particles, part, self.arrays)
-                both = states[part], turned[part]
-                row, code = rough_rebounds(self.arrays, particles.seed, found, *both)
-                row += part.start if row >= 0 else 0
-            else:
-                outputs = states, None if finish is None else turned, energy
-                failure = self._smooth(particles, part, impacts, conditions, *outputs)
-                row, code = failure
-            if row >= 0:
-                return Failure(row, code)
-            if works is not None:  # those of the kernel are over all energy, that of spin too
-                square = np.square(states[part, :3]).sum(axis=1)
-                works[part] = energy[part, 2:] * (square / energy[part, 0])[:, None]
-            if finish is not None and not rough:
-                finish(states[part], part.start)
-            return None
-
-        for _, failure in in_slices(work, call.rows.n, as_threads(threads) or processors()):
-            if failure is not None:
-                raise failure_of(call, failure)
-        bad = first_not_finite(states)
+        for _ in in_slices(work, call.rows.n, as_threads(threads) or processors()):
+            pass  # the results are written
+        bad = first_not_finite(results.states)
         if bad >= 0:
             raise RuntimeError(f"the particle at {place(bad, call.shape)} is not finite")
-        return states, turned
-
-    def _smooth(
-        self,
-        particles: Particles,
-        part: slice,
-        impacts: tuple[NDArray[Any], ...],
-        conditions: FloatArray,
-        states: FloatArray,
-        turned: FloatArray | None,
-        energy: FloatArray,
-    ) -> Failure:
-        """Simulate some rows on smooth walls; return the first that fails, or -1.
-
-        Orientations that nobody asks for need not be computed, nor their kernel compiled.
-        """
-        n, lab_keys = part.stop - part.start, particles.lab_keys
-        axes = np.empty((n, 6))
-        if "orientation" in particles.call.rows.arrays:
-            given = particles.array("orientation")
-            row, code = axes_from(given, impacts, lab_keys, axes, part.start)
-            if row >= 0:
-                return Failure(row, code)
-        unused = np.empty(n, dtype=np.int64), particles.kind(part)
-        law, population, _ = self.arrays
-        how = law, population, conditions, particles.keys(part)
-        stuck = simulate_batch(*how, axes, states[part], *unused, energy[part])
-        if stuck >= 0:
-            return Failure(part.start + stuck, 0)
-        if turned is not None:
-            orientations_from(axes, impacts, lab_keys, turned[part], part.start)
-        return Failure(-1, 0)
+        return results

@@ -236,8 +236,8 @@ def _normals_at(direction: FloatArray, alpha1: FloatArray, plane: FloatArray) ->
 def _perpendicular(vectors: FloatArray) -> FloatArray:
     """Find unit vectors perpendicular to unit vectors, (n, 3)."""
     axis = np.where(np.abs(vectors[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])
-    found = np.cross(vectors, axis)
-    return found / np.linalg.norm(found, axis=1)[:, None]
+    across = np.cross(vectors, axis)
+    return across / np.linalg.norm(across, axis=1)[:, None]
 
 
 def _frame(direction: FloatArray, normal: FloatArray) -> FloatArray:
@@ -325,8 +325,8 @@ def occurring_impacts(
         taken.append(impacts.of(inside & (wanted == number)))
         going = inside & (wanted > number)
         impacts, walls, wanted = impacts.of(going), walls[going], wanted[going]
-    found = joined_impacts(taken)
-    return found.of(np.argsort(found.index))
+    impacts = joined_impacts(taken)
+    return impacts.of(np.argsort(impacts.index))
 
 
 def _inside(config: Config, impacts: Impacts) -> NDArray[np.bool_]:

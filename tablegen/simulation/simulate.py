@@ -17,9 +17,17 @@ from tablegen.config.population import Population
 from tablegen.model import model_bounds as bounds
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.elementary import cosine_and_sine
-from tablegen.model.impacts import Condition, impact_condition
+from tablegen.model.float_array import FloatArray
+from tablegen.model.impacts import Condition, impact_condition, one_row
+from tablegen.model.particle_run import simulate_audited, simulate_batch
+from tablegen.model.random_particles import keys_of_run
 from tablegen.progress import bar
-from tablegen.simulation.batches import ParticleRun, in_slices
+from tablegen.simulation.batches import (
+    NotFiniteError,
+    first_not_finite,
+    in_slices,
+    unfinished,
+)
 
 #: Default resolution of sustained contact and truncation of the flight series; see
 #: tests/benchmarks/bench_error.py for their costs and errors.
@@ -53,6 +61,28 @@ class Simulation:
     #: (7,), or empty: largest violation of each law (`tablegen.model.audit`).
     audit: NDArray[np.float64]
 
+    @classmethod
+    def of_arrays(
+        cls,
+        state: FloatArray,
+        collisions: NDArray[np.int64],
+        kind: FloatArray,
+        energies: FloatArray,
+        audit: FloatArray,
+    ) -> "Simulation":
+        """Name the columns of arrays that the kernels wrote."""
+        code = kind[:, 0].astype(np.int64)
+        return cls(
+            state=state,
+            collisions=collisions,
+            shape=np.minimum(code, SHAPE_CODES["mesh"]),
+            mesh=np.maximum(code - FIRST_MESH, -1),
+            aspect=kind[:, 1:],
+            energy=energies[:, :2],
+            work=energies[:, 2:],
+            audit=audit,
+        )
+
 
 def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
     """Return an impact angle [rad] within its bounds; raise InputError for others."""
@@ -66,7 +96,7 @@ def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
 def _check_spin(spin: Sequence[float], alpha1: float, sine: float) -> tuple[float, float, float]:
     """Return the spin before an impact if it is within its bounds, else raise InputError."""
     if np.shape(spin) != (3,):
-        raise InputError(f"spin: got {bounds.told(spin)}, allowed: three numbers")
+        raise InputError(f"spin: got {bounds.as_text(spin)}, allowed: three numbers")
     x, y, z = (bounds.SPIN.checked("spin", part) for part in spin)
     size, most = math.hypot(x, y, z), 0.5 * bounds.MOST_TURNED * sine
     if size > most:
@@ -132,27 +162,29 @@ def simulate_condition(
     # columns: shape and aspect ratios; both parts of energy and of work
     kind, energies = np.empty((count, 3)), np.empty((count, 4))
     audit = np.zeros(AUDIT_SIZE if audited else 0)
-    run = ParticleRun(pair, population, condition, seed, stream, audited)
+    law = pair.kernel_arguments(population.only_spheres)
+    model = law, population.kernel_arguments(), one_row(condition)
 
     def work(part: slice) -> NDArray[np.float64]:
-        return run.simulate(part.start, state[part], collisions[part], kind[part], energies[part])
+        n, violations = part.stop - part.start, np.zeros(audit.size)
+        keys, axes = keys_of_run(seed, stream, part.start, n), np.empty((n, 6))
+        arrays = keys, axes, state[part], collisions[part], kind[part], energies[part]
+        if audited:
+            stuck = simulate_audited(*model, *arrays, violations)
+        else:
+            stuck = simulate_batch(*model, *arrays)
+        if stuck >= 0:
+            raise unfinished(f"particle {part.start + stuck} of seed {seed}, stream {stream}")
+        return violations
 
     with bar(progress, "rebound", total=count, unit_scale=True, desc="simulating") as counted:
         for part, violations in in_slices(work, count, workers):
             np.maximum(audit, violations, out=audit)
             counted.update(part.stop - part.start)
-    code = kind[:, 0].astype(np.int64)
-    result = Simulation(
-        state=state,
-        collisions=collisions,
-        shape=np.minimum(code, SHAPE_CODES["mesh"]),
-        mesh=np.maximum(code - FIRST_MESH, -1),
-        aspect=kind[:, 1:],
-        energy=energies[:, :2],
-        work=energies[:, 2:],
-        audit=audit,
-    )
-    run.check_finite(0, state, energies, simulation=result)
+    result = Simulation.of_arrays(state, collisions, kind, energies, audit)
+    bad = first_not_finite(state, energies)
+    if bad >= 0:
+        raise NotFiniteError(bad, seed, stream, result)
     return result
 
 

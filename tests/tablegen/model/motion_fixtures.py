@@ -47,8 +47,6 @@ ALLOWED[[ENERGY, ANGULAR, NORMAL, TANGENTIAL]] = 1e-12
 ALLOWED[PENETRATION] = 1e-11
 ALLOWED[[FLIGHT_ENERGY, FLIGHT_MOMENTUM]] = 1e-9
 
-ACHIRAL = ("ellipsoid", "prism", "truncated-prism")
-
 
 def body_of(name, b=1.0, c=1.0, truncation=TRUNCATION):
     """Body of a named shape with half-sizes (1, b, c)."""

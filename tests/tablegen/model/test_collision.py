@@ -14,7 +14,7 @@ from tablegen.model.rotation import ORDER
 SPEED = 200.0
 #: A resolution that no bounce of the sample falls below.
 NO_FLOOR = 1e-300
-TANGENTIAL, NORMAL = [0, 2], 1
+NORMAL = 1
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,6 @@ class Impacts:
     def contact_velocity(self):
         """Contact velocity, equation (2)."""
         return self.velocity + np.cross(self.spin, self.arm)
-
-    def friction(self):
-        """k = C_f / |V_c| with C_f from equation (7)."""
-        cosine = np.sum(self.arm * self.velocity, axis=1)
-        cosine /= np.linalg.norm(self.arm, axis=1) * np.linalg.norm(self.velocity, axis=1)
-        return np.exp(LAW.strength * cosine) / np.linalg.norm(self.contact_velocity, axis=1)
 
     def of_reference(self, i):
         """Particle, turn, velocity and contact point of one impact for the reference."""
@@ -116,35 +110,9 @@ def collide_by_reference(impacts, law):
     return np.array([velocity for velocity, _ in made]) - impacts.velocity
 
 
-@pytest.fixture(scope="module")
-def impacts():
-    return random_impacts(np.random.default_rng(20240501), 6000)
-
-
-@pytest.fixture(scope="module")
-def collided(impacts):
-    return collide_all(impacts, NO_FLOOR)
-
-
-@pytest.fixture(scope="module")
-def mobility(impacts):
-    return impacts.mobility()
-
-
-def test_sample_holds_the_hard_cases(impacts, mobility):
-    assert len(impacts) > 3000
-    # the edge catches: f falls at first, A_yy < k A_yt . u_t
-    slides = impacts.contact_velocity[:, TANGENTIAL]
-    coupling = np.sum(mobility[:, NORMAL][:, TANGENTIAL] * slides, axis=1)
-    assert np.sum(mobility[:, NORMAL, NORMAL] < impacts.friction() * coupling) > 300
-    ratios = np.sqrt(impacts.moments.min(axis=1) / impacts.moments.max(axis=1))
-    assert ratios.min() < 0.03
-    assert np.linalg.norm(impacts.spin, axis=1).max() > 4.9
-    grazing = np.arctan2(-impacts.velocity[:, 1], impacts.velocity[:, 0])
-    assert grazing.min() < 2e-4
-
-
-def test_velocity_change_is_the_root_found_by_bisection(impacts, collided):
+def test_velocity_change_is_the_root_found_by_bisection():
+    impacts = random_impacts(np.random.default_rng(20240501), 6000)
+    collided = collide_all(impacts, NO_FLOOR)
     expected = collide_by_reference(impacts, reference.Law())
     size = np.linalg.norm(expected, axis=1, keepdims=True)
     np.testing.assert_allclose(collided / size, expected / size, rtol=0.0, atol=1e-11)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from crowds import CROWD
-from motion_fixtures import PAIR
+from motion_fixtures import ALLOWED, PAIR
 
 from tablegen.model.random_particles import ParticleKeys, draw_grain, draw_particles
 from tablegen.model.simd import WIDTH
@@ -20,6 +20,7 @@ def same(pair, population, condition, count, seed=5):
     alone = simulate_condition(pair, population, condition, count, seed=seed, audited=True)
     for field in ("state", "collisions", "shape", "aspect", "energy", "work"):
         np.testing.assert_array_equal(getattr(together, field), getattr(alone, field), field)
+    assert np.all(alone.audit <= ALLOWED), alone.audit
     return together
 
 

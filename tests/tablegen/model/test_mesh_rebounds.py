@@ -1,4 +1,4 @@
-"""Rebounds of meshes are those of known shapes, whatever the pose and units, and keep every law."""
+"""Rebounds of meshes are those of known shapes, whatever the pose and units."""
 
 import math
 
@@ -7,8 +7,6 @@ import pytest
 from mesh_fixtures import (
     KNOWN,
     POPULATION,
-    cylinder,
-    grain,
     icosphere,
     known_body,
     population_of,
@@ -16,7 +14,7 @@ from mesh_fixtures import (
     rebounds,
     tetrahedron,
 )
-from motion_fixtures import ALLOWED, random_rotations, run_rebound
+from motion_fixtures import random_rotations, run_rebound
 from scipy.spatial.transform import Rotation
 
 from tablegen.config.mesh import mesh_particle
@@ -71,21 +69,3 @@ def test_a_fine_mesh_approaches_the_ellipsoid():
         # five standard errors of independent samples: a false alarm in 10^6 even without pairing
         allowed = 5.0 * expected.std(axis=0) * math.sqrt(2.0 / 2000.0)
         assert np.all(np.abs(made.mean(axis=0) - expected.mean(axis=0)) < allowed) == is_same
-
-
-@pytest.mark.parametrize(
-    ("points", "alpha_deg", "spin"),
-    [
-        (grain(1000), 0.01, (0, 0, 0)),
-        (grain(1000), 30, (1, -2, 3)),
-        (cylinder(60, 0.02), 60, (0, 0, 0)),
-        (grain(300, 4, (1.0, 0.03, 0.02)), 90, (0, 0, 0)),
-    ],
-    ids=["grazing", "spinning", "disc", "needle"],
-)
-def test_every_collision_and_flight_keeps_its_laws(points, alpha_deg, spin):
-    made = rebounds(population_of(points), 2000, alpha_deg, spin=spin, seed=73, audited=True)
-    assert np.all(made.audit <= ALLOWED), made.audit
-    assert np.isfinite(made.state).all()
-    assert np.all(made.state[:, 1] > 0.0)
-    assert np.all(made.energy.sum(axis=1) <= 1.0 + 1e-12)

@@ -141,7 +141,7 @@ def test_audit_reports_a_start_inside_the_wall():
 
 
 @pytest.mark.parametrize("speed", [50.0, 200.0, 300.0])
-@pytest.mark.parametrize("alpha_deg", [0.5, 10.0, 45.0, 80.0, 90.0])
+@pytest.mark.parametrize("alpha_deg", [0.01, 0.5, 10.0, 45.0, 80.0, 90.0])
 def test_sphere_follows_its_closed_form(alpha_deg, speed):
     alpha = np.radians(alpha_deg)
     sin, cos = np.sin(alpha), np.cos(alpha)

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from free_rotation import FreeRotation
 from motion_fixtures import (
-    angular_momentum_of,
     body_of,
-    energy_of,
     fly,
     motion_of,
     random_aspect,
@@ -31,17 +29,6 @@ def random_motion(rng, rate):
     moments = body_of("prism", *random_aspect(rng, 0.05)).moments
     spin = rng.normal(size=3)
     return moments, motion_of(random_rotations(rng, 1)[0], rate * spin / np.linalg.norm(spin))
-
-
-def test_energy_and_angular_momentum_are_conserved_in_flight():
-    rng = np.random.default_rng(1)
-    for _ in range(40):
-        moments, motion = random_motion(rng, rate=rng.uniform(0.1, 20.0))
-        energy, momentum = energy_of(moments, motion), angular_momentum_of(moments, motion)
-        fly(moments, motion, 100.0 / np.linalg.norm(motion[0:3]))
-        assert energy_of(moments, motion) == pytest.approx(energy, rel=1e-9)
-        drift = np.linalg.norm(angular_momentum_of(moments, motion) - momentum)
-        assert drift <= 1e-9 * np.linalg.norm(momentum)
 
 
 def test_asymmetric_top_against_an_independent_integrator():
@@ -107,13 +94,9 @@ def drawn_rotations(numbers):
     return rotations
 
 
-@pytest.fixture(scope="module")
-def rotations():
-    return drawn_rotations(np.random.default_rng(9).random((20_000, 3)))
-
-
-def test_orientation_is_uniform(rotations):
-    assert least_p_value(rotations) > FALSE_ALARM
+def test_orientation_is_uniform():
+    numbers = np.random.default_rng(9).random((20_000, 3))
+    assert least_p_value(drawn_rotations(numbers)) > FALSE_ALARM
 
 
 def test_uniform_euler_angles_and_an_uneven_sampler_are_rejected():

@@ -6,15 +6,12 @@ import numba
 import numpy as np
 import pytest
 from mesh_fixtures import box, cylinder, directions, grain, icosphere, posed, tetrahedron
-from motion_fixtures import PAIR, run_rebound, with_vertices
 from scipy.spatial import ConvexHull
-from scipy.spatial.transform import Rotation
 
 from tablegen.config.mesh import mesh_particle
 from tablegen.config.support_map_builder import SLACK, make_map
 from tablegen.model.jit import kernel
 from tablegen.model.shapes import direction_cell, support_depth, support_range
-from tablegen.simulation.simulate import make_condition
 
 # called from Python here
 direction_cell = kernel(direction_cell)
@@ -90,22 +87,3 @@ def test_depth_is_that_of_the_lowest_of_all_vertices(name):
     body = particle.body()
     for n in directions(np.random.default_rng(65), 500):
         assert support_depth(body, *n) == pytest.approx(-(particle.vertices @ n).min(), abs=1e-15)
-
-
-def without_map(particle):
-    return with_vertices(particle.body(), particle.vertices)
-
-
-@pytest.mark.parametrize("alpha_deg", [20.0, 90.0])
-def test_rebounds_are_those_of_a_search_over_all_vertices(alpha_deg):
-    particle = mesh_particle(SOLIDS["grain"])
-    body, plain = particle.body(), without_map(particle)
-    condition = make_condition(np.radians(alpha_deg), 200.0)
-    apart = []
-    for rotation in Rotation.random(300, rng=np.random.default_rng(67)).as_matrix():
-        one = run_rebound(condition, body, rotation, PAIR.kernel_arguments())
-        two = run_rebound(condition, plain, rotation, PAIR.kernel_arguments())
-        apart.append(np.abs(one.state - two.state).max() + (one.collisions != two.collisions))
-    # rounding grows along chains of collisions, but only in the longest to anything visible
-    assert np.quantile(apart, 0.9) < 1e-8
-    assert np.mean(np.array(apart) > 1e-6) < 0.02

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from motion_fixtures import (
-    ACHIRAL,
     NON_SPHERICAL,
     body_of,
     random_aspect,
@@ -14,6 +13,9 @@ from motion_fixtures import (
 from scipy.spatial.transform import Rotation
 
 from tablegen.simulation.simulate import make_condition
+
+#: Shapes that are their own mirror images.
+ACHIRAL = ("ellipsoid", "prism", "truncated-prism")
 
 #: Mirror at the impact plane, and its effect on a state: spin is an axial vector.
 MIRROR = np.diag([1.0, 1.0, -1.0])

@@ -10,11 +10,6 @@ import sampler
 import tablegen
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
-from tablegen.model.audit import AUDIT_SIZE, PENETRATION
-from tablegen.model.impacts import CONDITION_SIZE, wall_conditions
-from tablegen.model.particle_run import simulate_audited, simulate_batch
-from tablegen.model.random_particles import keys_of_run
-from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.model.shapes import FIRST_MESH
 from tablegen.simulation.batches import BATCH
 from tablegen.simulation.direct import DirectModel
@@ -171,36 +166,6 @@ class TestLabFrame:
         assert (np.einsum("nk,nk->n", v, normal) > 0.0).all()
 
 
-class TestExtremes:
-    """Grazing impacts, fast spins and slow particles."""
-
-    def test_every_collision_and_flight_obeys_its_laws(self):
-        """Energy, impulse and momentum, particle by particle, each with its own condition."""
-        alpha, speed, spin = mixed_impacts(1500)
-        alpha[:500] = np.radians(np.geomspace(1e-3, 1.0, 500))
-        spin[500:1000] *= 20.0
-        conditions = np.empty((1500, CONDITION_SIZE))
-        numerics = MODEL.arrays.numerics
-        assert wall_conditions(alpha, speed, spin, numerics, conditions, 0) == (-1, 0)
-        state, kind, energy = np.empty((1500, 6)), np.empty((1500, 3)), np.empty((1500, 2))
-        collisions, audit = np.empty(1500, dtype=np.int64), np.zeros(AUDIT_SIZE)
-        law, population = CONFIG.pair.kernel_arguments(), CROWD.kernel_arguments()
-        axes = np.empty((1500, 6))
-        arrays = (state, collisions, kind, energy)
-        run = (law, population, conditions, keys_of_run(3, 0, 0, 1500))
-        assert simulate_audited(*run, axes, *arrays, audit) == -1
-        # relative to the largest energy, 0.5 + spin^2 / 3
-        assert audit.max() < 1e-12 * (spin**2).sum(axis=1).max()
-        assert audit[PENETRATION] < 1e-9
-        assert (energy.sum(axis=1) <= 1.0 + 1e-12).all()
-        # and they are the rebounds of the model, which follows eight at a time
-        found = CROWDED.sample(alpha, speed, spin=spin, seed=3, index=range(1500), hit=0)
-        np.testing.assert_array_equal(found, state)
-        together = np.empty((1500, 6))
-        assert simulate_batch(*run, together, *arrays) == -1
-        np.testing.assert_array_equal(axes, together)
-
-
 WALL = {"alpha1": 0.5, "speed": 100.0, "seed": 1, "index": [4, 5], "hit": 0}
 LAB = {"velocity": [1.0, -1.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5}
 LAB |= {"seed": 1, "index": [4, 5], "hit": 0}
@@ -236,13 +201,6 @@ def test_first_bad_row_is_named_whatever_the_batches():
     alpha[[BATCH + 3, 2 * BATCH + 1]] = -1.0
     given = {"seed": 1, "index": range(3 * BATCH), "threads": 2}
     assert f" at row {BATCH + 3} " in refused("alpha1", MODEL.sample, alpha, 100.0, **given)
-
-
-def test_a_particle_that_never_leaves_is_an_error(monkeypatch):
-    monkeypatch.setattr("tablegen.simulation.direct.simulate_batch", lambda *arguments: 7)
-    text = f"the particle at index 7 is still in contact after {COLLISION_ALARM:,} collisions"
-    with pytest.raises(RuntimeError, match=text):
-        MODEL.sample(0.5, 100.0, seed=1, index=range(20))
 
 
 @pytest.mark.parametrize(

@@ -133,8 +133,8 @@ class TestFromWallToWall:
         impacts = velocity, np.tile(ROOF, (N, 1)), np.full(N, SIZE), np.zeros((N, 3))
         keys = np.uint64(5), IDS.astype(np.uint64), np.ones(N, dtype=np.uint32)
         rows, axes = np.empty((N, CONDITION_SIZE)), np.empty((N, 6))
-        assert lab_conditions(impacts, omega, keys, model.arrays.numerics, rows, 0) == (-1, 0)
-        assert axes_from(turned, impacts, keys, axes, 0) == (-1, 0)
+        assert lab_conditions(impacts, omega, keys, model._arrays.numerics, rows) == (-1, 0)
+        assert axes_from(turned, impacts, keys, axes) == (-1, 0)
         found = np.empty((N, 4))
         for k, body in enumerate(BODIES):
             motion = motion_of(np.eye(3))

@@ -1,0 +1,226 @@
+"""Records of the direct model: its laws, impacts and their results, and rows that fail."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sampler.arguments import Call, place
+from sampler.errors import InputError
+from sampler.messages import row_message
+from tablegen.config.config import ModelSettings
+from tablegen.config.pairs import MaterialPair
+from tablegen.config.population import Population
+from tablegen.model.float_array import FloatArray
+from tablegen.model.impacts import (
+    CONDITION_SIZE,
+    OUT_OF_BOUNDS,
+    TURNS_TOO_OFTEN,
+    lab_conditions,
+    wall_conditions,
+)
+from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
+from tablegen.model.orientation import ORIENTATION_NOT_USABLE
+from tablegen.model.random_particles import OWN_GRAIN, draw_grains
+from tablegen.simulation.batches import unfinished
+
+#: An array of float64, or None where it is not given.
+Given = Any
+
+#: Hit whose random numbers make the grains that particles keep.
+OWN = np.full(1, OWN_GRAIN)
+
+
+class DirectArrays(NamedTuple):
+    """Laws, particles and numerical parameters of a model, as kernels take them.
+
+    ``law``: `LawArguments`. ``population``: `PopulationArguments`. ``numerics``: resolution of
+    contacts, tolerance of flights, and 0 where angular velocities are means over free tumbling, 1
+    where they are those of an instant.
+    """
+
+    law: Any
+    population: Any
+    numerics: tuple[float, float, float]
+
+    @classmethod
+    def of(
+        cls,
+        pair: MaterialPair,
+        population: Population,
+        numerics: ModelSettings,
+        instant: bool = False,
+    ) -> "DirectArrays":
+        """Convert the parts of a configuration; ``instant``: angular velocities at departure."""
+        return cls(
+            pair.kernel_arguments(population.only_spheres),
+            population.kernel_arguments(),
+            (numerics.contact_resolution, numerics.tolerance, float(instant)),
+        )
+
+
+#: An impact whose frame is the lab frame: that of impacts in the frame of the wall.
+_WALL = (
+    np.array([[1.0, -1.0, 0.0]]),
+    np.array([[0.0, 1.0, 0.0]]),
+    np.ones(1),
+    np.zeros((1, 3)),
+)
+
+
+class Failure(Exception):  # noqa: N818  # becomes an error when its row has a name
+    """A row that cannot be simulated, and its code: 0 if the particle never leaves the wall."""
+
+    def __init__(self, row: int, code: int) -> None:
+        super().__init__(row, code)
+        self.row, self.code = row, code
+
+
+def writable_arrays(call: Call) -> dict[str, NDArray[Any]]:
+    """Give the arguments of a call, writable: kernels are compiled for no other arrays."""
+    return {
+        name: array if array.flags.writeable else array.copy()
+        for name, array in call.rows.arrays.items()
+    }
+
+
+class DirectImpacts(NamedTuple):
+    """Impacts of n particles, as kernels take them; arrays have n rows, or one for all.
+
+    They are given in the frame of the wall, or in the lab frame. What is None is not given.
+    """
+
+    seed: np.uint64
+    index: NDArray[np.uint64]  # type: ignore[assignment]  # hides tuple.index
+    hit: NDArray[np.uint32]
+    #: Hits whose random numbers make the grains; empty where grains are given.
+    made_at: NDArray[np.uint32]
+    #: (n, 3): shape code, b/a and c/b.
+    grain: Given = None
+    #: (n, 4): quaternions from body axes to the frame of the impact; None: uniformly random.
+    orientation: Given = None
+    #: Frame of the wall: angle [rad], speed [m/s], and spin times a/V.
+    alpha1: Given = None
+    speed: Given = None
+    spin: Given = None
+    #: Lab frame, SI; the normal points into the gas and has any length but zero.
+    velocity: Given = None
+    normal: Given = None
+    half_size: Given = None
+    wall_velocity: Given = None
+    omega: Given = None
+    #: Standard deviations of the tilt of facets [rad], in the plane of incidence and across it.
+    roughness: Given = None
+    across: Given = None
+
+    @classmethod
+    def of_call(cls, call: Call, fresh: bool = False) -> "DirectImpacts":
+        """Take the arguments of a call."""
+        arrays = writable_arrays(call)
+        made_at = OWN[:0] if "grain" in arrays else arrays["hit"] if fresh else OWN
+        return cls(np.uint64(call.rows.seed), made_at=made_at, **arrays)
+
+    def of(self, rows: slice | NDArray[np.intp]) -> "DirectImpacts":
+        """Select some of the particles."""
+        arrays: dict[str, Any] = {
+            name: array[rows]
+            for name, array in self._asdict().items()
+            if isinstance(array, np.ndarray) and len(array) > 1
+        }
+        return self._replace(**arrays)
+
+    @property
+    def frame(self) -> tuple[Any, ...]:
+        """Velocity, normal, half-size and velocity of the wall, whose frame is that of states."""
+        if self.velocity is None:
+            return _WALL
+        return self.velocity, self.normal, self.half_size, self.wall_velocity
+
+    @property
+    def keys(self) -> tuple[np.uint64, NDArray[np.uint64], NDArray[np.uint32]]:
+        """Keys of the random numbers."""
+        return self.seed, self.index, self.hit
+
+    def conditions(self, count: int, numerics: tuple[float, float, float]) -> FloatArray:
+        """Compute the conditions of the impacts, (n, 9); raises `Failure` for a row that is bad."""
+        values = np.empty((count, CONDITION_SIZE))
+        if self.velocity is None:
+            row, code = wall_conditions(self.alpha1, self.speed, self.spin, numerics, values)
+        else:
+            row, code = lab_conditions(self.frame, self.omega, self.keys, numerics, values)
+        if row >= 0:
+            raise Failure(row, code)
+        return values
+
+    def kind(self, count: int) -> FloatArray:
+        """Return the given grains, (n, 3), or an array that a kernel fills with drawn ones."""
+        kind = np.empty((count, 3))
+        if self.grain is not None:
+            kind[:] = self.grain
+        return kind
+
+    def grains(self, count: int, population: Any) -> FloatArray:
+        """Return the grains, given or drawn, (n, 3)."""
+        kind = self.kind(count)
+        if self.grain is None:
+            draw_grains(population, self.seed, self.index, self.made_at, kind)
+        return kind
+
+
+class DirectResults(NamedTuple):
+    """Arrays for the results of n impacts, which simulation writes."""
+
+    #: (n, 6): in the frame of the wall velocities over V, angular velocities times a/V; else SI.
+    states: FloatArray
+    #: (n, 4): quaternions from body axes to the lab; written for impacts in the lab frame.
+    orientation: FloatArray
+    #: (n, 2): energies that the normal and the tangential impulses took, J/kg; None: not wanted.
+    works: FloatArray | None = None
+
+    @classmethod
+    def empty(cls, count: int, works: FloatArray | None = None) -> "DirectResults":
+        """Make arrays for some impacts."""
+        return cls(np.empty((count, 6)), np.empty((count, 4)), works)
+
+    def of(self, part: slice) -> "DirectResults":
+        """Select some of the particles."""
+        works = None if self.works is None else self.works[part]
+        return DirectResults(self.states[part], self.orientation[part], works)
+
+
+def failure_of(call: Call, row: int, code: int) -> Exception:
+    """Make the error for a row and the code of a `Failure`."""
+    at = place(row, call.shape)
+    arrays = call.rows.arrays
+    if code == 0:
+        return unfinished(f"the particle at {at}")
+    if code == OUT_OF_BOUNDS:
+        unnamed = ("normal", "half_size", "index", "hit", "grain", "orientation")
+        names = [name for name in arrays if name not in unnamed]
+        got = "; ".join(f"{name} {_written(np.atleast_1d(call.at(name, row)))}" for name in names)
+        return InputError(
+            f"{names[0]}: got {got} at {at}, allowed: an impact at {ALPHA_DEG.words} and "
+            f"{SPEED.words}, with a spin of {SPIN.words}"
+        )
+    if code == TURNS_TOO_OFTEN and "time" in arrays:
+        return InputError(
+            f"time: got {call.at('time', row):.9g} with omega {_written(call.at('omega', row))} at "
+            f"{at}, allowed: 0 or more, and |omega| time at most {MOST_TURNED:g} rad"
+        )
+    if code == TURNS_TOO_OFTEN:
+        name = "omega" if "omega" in arrays else "spin"
+        return InputError(
+            f"{name}: got {_written(call.at(name, row))} at {at}, allowed: at most "
+            f"{MOST_TURNED:g} rad, 2 |spin| / sin(alpha1), before the first contact"
+        )
+    if code == ORIENTATION_NOT_USABLE:
+        return InputError(
+            f"orientation: got {_written(call.at('orientation', row))} at {at}, allowed: a "
+            "quaternion of four finite numbers, not all 0"
+        )
+    return InputError(row_message(call, row, code))
+
+
+def _written(values: FloatArray) -> str:
+    """Write numbers one after another."""
+    return ", ".join(f"{x:.9g}" for x in values)
