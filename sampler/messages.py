@@ -160,7 +160,7 @@ class Counting:
         measured = self.covered.measured or (0.0, ANY_SPEED[1])
         return (
             f"{name}: got {_impact(call, row)[1]:.6g} m/s at {call.place(row)}, but {self.pair} "
-            f"was measured at {_to(measured)} m/s: its law is extrapolated"
+            f"was measured at {_to(measured)} m/s: extrapolated; how sure: docs/does-it-matter.md"
         )
 
 

@@ -6,10 +6,12 @@ grain (Powder Technol. 77 (1993) 143), and the torque of the gas is that on a sp
 """
 
 import math
+import time
 from collections import namedtuple
 
 import numba
 import numpy as np
+from tqdm import tqdm
 
 import sampler
 
@@ -19,9 +21,10 @@ STEP, CELL, STAYS = 2e-4, 5e-4, 1.0  # of path, m; of the density, m; slowest re
 CELLS = round(PITCH / CELL), round((COLUMNS * PITCH - AHEAD) / CELL)  # across, along the stream
 BACK, PASSED, STAYED = -1, -2, -3  # fates, in place of the number of a column
 ENERGY = "energy of those thrown back, J/kg"
-#: Of grains: diameter, fate, hits, energy [J/kg] and spin at the end. Of hits: column, speed, angle
-#: [degrees]. Seconds that bounced grains were in each cell.
-Result = namedtuple("Result", "diameter fate hits energy spin column speed angle field")
+#: Of grains: diameter, fate, hits, energy [J/kg] and spin at the end, seconds ahead of cylinders
+#: after a hit. Of hits: column, speed, angle [degrees]. Seconds that bounced grains were in each
+#: cell. Share of the law of the wall in the CPU time.
+Result = namedtuple("Result", "diameter fate hits energy spin ahead column speed angle field share")
 
 
 def drag_of(diameter, grain):
@@ -83,25 +86,27 @@ def step(p, drag, h):
 def fly(states, drags, field):
     """Fly grains to their next walls or ends, from states that are replaced by those there.
 
-    Adds the seconds in each cell to a field. Returns columns or fates, normals and times.
+    Adds the seconds in each cell to a field. Returns columns or fates, normals, times, times ahead.
     """
-    where, normal, time = np.empty(len(states), np.int64), 0.0 * states[:, :3], 0.0 * states[:, 0]
+    where, normal, times = np.empty(len(states), np.int64), 0.0 * states[:, :3], 0.0 * states[:, :2]
     for k in range(len(states)):
         p = (states[k, 0], states[k, 1], states[k, 2], states[k, 3], states[k, 4])
         drag, outside = (drags[k, 0], drags[k, 1]), True
         while outside and AHEAD <= p[0] < COLUMNS * PITCH:
             low, h = 0.0, STEP / (math.hypot(p[2], p[3]) + 10.0)
             field[int(p[1] % PITCH / CELL), int((p[0] - AHEAD) / CELL)] += h
+            times[k, 1] += h if p[0] < -RADIUS else 0.0
             end, outside = step(p, drag, h)
             for _ in range(0 if outside else 40):
                 middle = 0.5 * (low + h)
                 low, h = (middle, h) if step(p, drag, middle)[1] else (low, middle)
-            p, time[k] = end if outside else step(p, drag, low)[0], time[k] + h
+            p = end if outside else step(p, drag, low)[0]
+            times[k, 0] += h
         states[k, 0], states[k, 1], states[k, 2], states[k, 3], states[k, 4] = p
         column, x, y = from_axis(p[0], p[1])
         where[k] = column if not outside else BACK if p[0] < 0.0 else PASSED
         normal[k, 0], normal[k, 1] = x / math.hypot(x, y), y / math.hypot(x, y)
-    return where, normal, time
+    return where, normal, times[:, 0], times[:, 1]
 
 
 def follow(law, grain_of, count, sizes, seed, progress):
@@ -112,13 +117,14 @@ def follow(law, grain_of, count, sizes, seed, progress):
     states = np.tile([AHEAD, 0.0, SPEED, 0.0, 0.0], (count, 1))
     states[:, 1] = PITCH * rng.random(count)
     omega, turned, fate = np.zeros((count, 3)), rng.normal(size=(count, 4)), np.full(count, STAYED)
-    fields, met = [], []
+    fields, met, ahead, walls, start = [], [], np.zeros(count), 0.0, time.process_time()
     while len(index):
         fields.append(np.zeros(CELLS))
         flown, of_grain = states[index], diameter[index]
-        column, normal, time = fly(flown, drags[index], fields[-1])
+        column, normal, flight, passing = fly(flown, drags[index], fields[-1])
         states[index] = flown
-        omega[index] = spin_after(omega[index], time, of_grain)
+        ahead[index] += passing * (hits[index] > 0)
+        omega[index] = spin_after(omega[index], flight, of_grain)
         velocity, ended = flown[:, 2:], column < 0
         fate[index[ended]] = column[ended]
         into = -(velocity * normal).sum(axis=1)
@@ -127,13 +133,25 @@ def follow(law, grain_of, count, sizes, seed, progress):
         index, velocity, into = index[k], velocity[k], into[k]
         speed = np.linalg.norm(velocity, axis=1)
         met.append((column[k], speed, np.degrees(np.arcsin(np.minimum(into / speed, 1.0)))))
-        impact = velocity, normal[k], of_grain[k], omega[index], turned[index], time[k]
+        impact = velocity, normal[k], of_grain[k], omega[index], turned[index], flight[k]
+        before = time.process_time()
         after = law(*impact, seed=seed, index=index, hit=hits[index])
+        walls += time.process_time() - before
         states[index, 2:], omega[index], turned[index] = after
         hits[index] += 1
     energy = 0.5 * (states[:, 2:] ** 2).sum(axis=1)
-    ends = diameter, fate, hits, energy, np.linalg.norm(omega, axis=1)
-    return Result(*ends, *map(np.concatenate, zip(*met, strict=True)), sum(fields[1:]))
+    ends = diameter, fate, hits, energy, np.linalg.norm(omega, axis=1), ahead
+    share = walls / (time.process_time() - start)
+    return Result(*ends, *map(np.concatenate, zip(*met, strict=True)), sum(fields[1:]), share)
+
+
+def follow_each(laws, grain_of, count, sizes, seed):
+    """Follow independent grains under each law; return `Result`s by name."""
+    results = {}
+    with tqdm(total=count * len(laws), unit="grain") as progress:
+        for number, (name, law) in enumerate(laws.items()):
+            results[name] = follow(law, grain_of, count, sizes, 100 * seed + number, progress)
+    return results
 
 
 def figures_of(result, low, high):
@@ -142,7 +160,7 @@ def figures_of(result, low, high):
     back, left = of_size & (result.fate == BACK), of_size & (result.fate != STAYED)
     samples = {
         "thrown back": back[of_size],
-        "passed": (result.fate == PASSED)[of_size],
+        "density ahead": result.ahead[of_size] * SPEED / (-RADIUS - AHEAD),
         "hits a grain": result.hits[of_size],
         ENERGY: result.energy[back],
         "exit spin, 10³ rad/s": 1e-3 * result.spin[left],

@@ -1,7 +1,6 @@
 """Wear of the bend of `bend.py`: laws of erosion, and the works of a table, along its outer wall.
 
-    tablegen generate wear --output wear.h5
-    python docs/examples/wear.py --table wear.h5 --figure docs/bend_wear.png
+    python docs/examples/wear.py --figure docs/bend_wear.png
 
 Oka (Wear 259 (2005) 95) and Finnie (Wear 3 (1960) 87) know speed and angle of an impact. The works
 are what the wall takes, at every hit, from particles that spin; by Bitter (Wear 6 (1963) 5) each
@@ -51,12 +50,20 @@ def with_works(table, works):
     return law
 
 
-def along_wall(impacts, amounts, particles, edges):
-    """Sum amounts (n,) of impacts in cells: per particle and metre, and standard errors."""
+def by_face(impacts, amounts, particles, edges):
+    """Sum amounts (n,) of impacts by face of the wall: a particle's share, and standard errors."""
     bins = (np.arange(bend.GROUPS + 1) - 0.5, edges)
     sums = np.histogram2d(impacts.group, impacts.place, bins, weights=amounts)[0]
-    sums *= bend.GROUPS / particles / np.diff(edges)
-    return sums.mean(axis=0), sums.std(axis=0, ddof=1) / np.sqrt(bend.GROUPS)
+    sums *= bend.GROUPS / particles
+    return np.array([sums.mean(axis=0), sums.std(axis=0, ddof=1) / np.sqrt(bend.GROUPS)])
+
+
+def print_faces(faces, edges):
+    """Print sums and standard errors by face."""
+    print("\n| face, m | " + " | ".join(faces) + " |\n" + "|---" * (1 + len(faces)) + "|")
+    for k in range(len(edges) - 1):
+        cells = (f"{values[k]:.3g} ± {errors[k]:.1g}" for values, errors in faces.values())
+        print(f"| {edges[k]:.3f} to {edges[k + 1]:.3f} | " + " | ".join(cells) + " |")
 
 
 def draw(figure, panels, edges):
@@ -73,7 +80,7 @@ def draw(figure, panels, edges):
 def main(arguments=None):
     """Follow particles through the bend; print and draw what its outer wall loses."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--table", default="wear.h5", help="one with works and a spin law")
+    parser.add_argument("--table", default="corundum-steel-wear", help="with works and spins")
     parser.add_argument("--diameter", type=float, default=30e-6, metavar="M", help="of particles")
     parser.add_argument("--count", type=int, default=20_000, help="particles")
     parser.add_argument("--figure", metavar="F.png")
@@ -94,16 +101,16 @@ def main(arguments=None):
     for name, amounts in (taken | wear).items():
         later = amounts[impacts.hit > 0].sum() / amounts.sum()
         print(f"| {name} | {amounts.sum() / args.count:.4g} | {later:.0%} |")
+    edges = bend.TURN / 12 * np.arange(23)
+    faces = {n: by_face(impacts, x, args.count, edges) for n, x in (taken | wear).items()}
+    print_faces(faces, edges)
     if args.figure:
-        edges = bend.TURN / 12 * np.arange(23)
-        shares = {name.split(",")[0]: x * args.count / x.sum() for name, x in wear.items()}
-        panels = {"works, per metre": taken, "loss of wall over its sum, per metre": shares}
+        metres = {name: face / np.diff(edges) for name, face in faces.items()}
+        shares = {n.split(",")[0]: metres[n] * args.count / x.sum() for n, x in wear.items()}
+        panels = {"works, per metre": {name: metres[name] for name in taken}}
+        panels["loss of wall over its sum, per metre"] = shares
         figure = plt.figure(figsize=(10.0, 4.0), layout="constrained")
-        maps = {
-            title: {name: along_wall(impacts, x, args.count, edges) for name, x in lines.items()}
-            for title, lines in panels.items()
-        }
-        draw(figure, maps, edges)
+        draw(figure, panels, edges)
         figure.savefig(args.figure, dpi=110)
 
 

@@ -3,6 +3,7 @@
 import cylinders
 import numpy as np
 import pytest
+import wall_cost
 import wall_laws
 from cylinders import COLUMNS, PITCH, RADIUS, SPEED
 from scipy.integrate import solve_ivp
@@ -42,7 +43,7 @@ def test_flights_are_those_of_an_independent_integration():
 
     surface.terminal = True
     made = solve_ivp(slope, (0.0, 1.0), start[0], events=surface, rtol=1e-9, atol=1e-12)
-    column, normal, time = cylinders.fly(start, drags, np.zeros(cylinders.CELLS))
+    column, normal, time, _ = cylinders.fly(start, drags, np.zeros(cylinders.CELLS))
     assert column[0] == 0
     np.testing.assert_allclose(time, made.t_events[0], rtol=1e-4)
     np.testing.assert_allclose(start, made.y_events[0], rtol=1e-3)
@@ -81,3 +82,17 @@ def test_command_prints_and_draws(tmp_path, capsys):
     assert {path.name for path in tmp_path.iterdir()} == {"wall_laws.png", "wall_laws_hits.png"}
     with pytest.raises(SystemExit, match="2"):
         wall_laws.main(["--table", "kharaz-2001", "--output", "nowhere"])
+
+
+@pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
+def test_cost_of_walls_is_that_of_equal_draws(table, tmp_path, capsys):
+    rng, n = np.random.default_rng(1), 100
+    velocity, omega = rng.normal(size=(n, 3)) * 50.0, rng.normal(size=(n, 3)) * 1e5
+    hits = velocity, -velocity, np.full(n, 5e-5), omega, rng.normal(size=(n, 4)), 0.0
+    keys = {"seed": 1, "index": np.arange(n), "hit": np.arange(n)}
+    laws = wall_laws.table_law(table), wall_cost.numba_law(table)
+    for batch, single in zip(*(law(*hits, **keys) for law in laws), strict=True):
+        np.testing.assert_allclose(single, batch, rtol=1e-12)
+    wall_cost.main(["--grains", "100", "--figure", str(tmp_path / "cost.png")])
+    assert "| table, one by one | " in capsys.readouterr().out
+    assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")
