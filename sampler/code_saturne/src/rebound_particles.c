@@ -16,6 +16,19 @@
 
 #include "rebound_wall.h"
 
+static int first_attribute = -1;
+
+void rebound_particles_make(void)
+{
+    first_attribute = cs_glob_lagr_model->n_user_variables;
+    cs_glob_lagr_model->n_user_variables += REBOUND_ATTRIBUTES;
+}
+
+int rebound_wall_attribute(void)
+{
+    return first_attribute;
+}
+
 /* Number of particles of processes of a lower rank, for n here; *total: of all processes. */
 static cs_gnum_t count_before(cs_lnum_t n, cs_gnum_t *total)
 {
@@ -44,7 +57,7 @@ void rebound_wall_new(cs_lagr_particle_set_t *particles, const cs_lnum_t particl
     given += total;
     for (cs_lnum_t p = particle_range[0]; p < particle_range[1]; p++) {
         cs_real_t *kept = (cs_real_t *)cs_lagr_particles_attr(particles, p, CS_LAGR_USER) +
-                          rebound_wall_attribute();
+                          first_attribute;
         kept[REBOUND_STEP] = step;
         kept[REBOUND_NUMBER] = (cs_real_t)(first + (cs_gnum_t)(p - particle_range[0]));
         for (int k = REBOUND_HITS; k < REBOUND_ATTRIBUTES; k++)
@@ -66,7 +79,7 @@ static void resume_attribute(cs_restart_t *file, int location, int k, cs_real_t 
 
 /* code_saturne 6.0 writes user attributes one by one, but as it reads them each one overwrites all:
    so they are read again, before any particle has moved or come. */
-void rebound_particles_resume(int first_attribute)
+void rebound_particles_resume(void)
 {
     cs_lagr_particle_set_t *particles = cs_glob_lagr_particle_set;
     cs_restart_t *file = cs_restart_create("lagrangian", NULL, CS_RESTART_MODE_READ);

@@ -27,7 +27,6 @@
 
 static rebound_settings_t settings;
 static rbt_table *table = NULL;
-static int first_attribute = -1;
 static int *is_symmetry = NULL; /* of each zone that is ours; -1: not ours */
 static int n_zones = 0;
 static int resumed = 0;
@@ -52,17 +51,11 @@ static void check_models(void)
 void rebound_wall_model(void)
 {
     table = rebound_settings_read(&settings);
-    first_attribute = cs_glob_lagr_model->n_user_variables;
-    cs_glob_lagr_model->n_user_variables += REBOUND_ATTRIBUTES;
+    rebound_particles_make();
     if (settings.face_sums)
         rebound_sums_make(rebound_table_gives(table, RBT_WORK_NORMAL));
     if (settings.face_histograms)
         rebound_histograms_make(settings.histogram_speed);
-}
-
-int rebound_wall_attribute(void)
-{
-    return first_attribute;
 }
 
 /* A rotation turns velocities of particles that pass it, not their spins. */
@@ -95,7 +88,7 @@ void rebound_wall_zones(void)
         check_models();
         check_periodicity();
         if (cs_glob_lagr_time_scheme->isuila == 1)
-            rebound_particles_resume(rebound_wall_attribute());
+            rebound_particles_resume();
     }
     resumed = 1;
 }

@@ -92,7 +92,8 @@ void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum
                       const double normal[3], const double before[3], const double after[3],
                       int stays, const double works[2]);
 
-/* Read our user attributes from the files of a restart. */
-void rebound_particles_resume(int first_attribute);
+/* Add our user attributes to the model; read them from the files of a restart. */
+void rebound_particles_make(void);
+void rebound_particles_resume(void);
 
 #endif
