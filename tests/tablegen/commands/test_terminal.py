@@ -36,7 +36,7 @@ def test_output_has_no_control_codes(run, tiny, monkeypatch):
     [
         ("tablegen ins", {"inspect"}),
         ("tablegen validate --cond", {"--conditions"}),
-        ("tablegen inspect corundum-s", {"corundum-steel", "corundum-steel-compact"}),
+        ("tablegen inspect forder", {"forder-1998"}),
         ("tablegen generate de", {"demo"}),
         ("tablegen prune corundum-steel --scene pl", {"plane-flow"}),
         ("tablegen simulate --pair fo", {"forder-1998"}),
