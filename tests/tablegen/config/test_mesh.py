@@ -7,16 +7,7 @@ import numpy as np
 import pytest
 import tomli_w
 import trimesh
-from mesh_fixtures import (
-    KNOWN,
-    box,
-    grain,
-    known_body,
-    posed,
-    rebounds,
-    surface,
-    two_cubes,
-)
+from mesh_fixtures import KNOWN, box, grain, known_body, posed, rebounds, surface, two_cubes
 from refusals import refused
 
 import tablegen
