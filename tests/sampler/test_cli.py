@@ -18,6 +18,8 @@ from sampler.options import BAD_INPUT, FAILED, OUTPUT, TABLE, Command, Program, 
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
 
+HOSTILE = f"x: '\x1b[2J\x07a\x85b{10**6 * 'x'}'"
+
 both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
 
 
@@ -35,11 +37,7 @@ both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
         # a defect keeps its traceback, and is no missed accuracy
         (RuntimeError("odd"), FAILED, "error: "),
         # lines are short and obey no terminal
-        (
-            InputError(f"x: '\x1b[2J\x07a\x85b{10**6 * 'x'}'"),
-            BAD_INPUT,
-            r"error: x: '\x1b[2J\x07a b",
-        ),
+        (InputError(HOSTILE), BAD_INPUT, r"error: x: '\x1b[2J\x07a b"),
     ],
 )
 def test_how_a_program_ends(capsys, error, status, line):

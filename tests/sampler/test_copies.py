@@ -27,9 +27,6 @@ def _out_of_band(table):
     return pickle.loads(data, buffers=shifted)
 
 
-COPIES = (copy.copy, copy.deepcopy, _pickled, _out_of_band)
-
-
 def _draw(table):
     """States, and how many lay outside."""
     states = table.sample(0.7, 100.0, seed=1, index=INDEX)
@@ -38,7 +35,7 @@ def _draw(table):
     return states, table.counts["speed"]
 
 
-@pytest.mark.parametrize("make", COPIES)
+@pytest.mark.parametrize("make", [copy.copy, copy.deepcopy, _pickled, _out_of_band])
 def test_copies_draw_the_same_and_count_anew(table_path, make):
     table = sampler.load(table_path)
     states, outside = _draw(table)

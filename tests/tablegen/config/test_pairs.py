@@ -91,20 +91,19 @@ def tabulated(*rows):
     return {"law": "tabulated", **table}
 
 
-#: Laws, and whether the speed matters to them.
-SPEED_MATTERS = [
-    (RESTITUTION["polynomial"], False),
-    (RESTITUTION["constant"], False),
-    (tabulated([0.9], [0.5]), False),
-    (tabulated([0.9, 0.9], [0.5, 0.5]), False),
-    (tabulated([0.9, 0.9], [0.5, 0.4]), True),
-    (RESTITUTION["exponential"], True),
-    (RESTITUTION["power"], True),
-]
-
-
 class TestSpeed:
-    @pytest.mark.parametrize(("law", "depends"), SPEED_MATTERS)
+    @pytest.mark.parametrize(
+        ("law", "depends"),
+        [
+            (RESTITUTION["polynomial"], False),
+            (RESTITUTION["constant"], False),
+            (tabulated([0.9], [0.5]), False),
+            (tabulated([0.9, 0.9], [0.5, 0.5]), False),
+            (tabulated([0.9, 0.9], [0.5, 0.4]), True),
+            (RESTITUTION["exponential"], True),
+            (RESTITUTION["power"], True),
+        ],
+    )
     def test_laws_say_whether_it_matters_and_the_model_agrees(self, law, depends):
         config = with_laws(law)
         assert config.pair.restitution.depends_on_speed is depends

@@ -19,7 +19,7 @@ HERE = Place((35.0,), (150.0,))
 TARGETS = AccuracyTargets(ks=0.1, sliced_wasserstein=0.1, correlation_error=0.2, auc=0.7)
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def few_states(monkeypatch):
     monkeypatch.setattr(MODULE, "sample_size", lambda targets: 5000)
 
@@ -48,7 +48,6 @@ def test_sliced_wasserstein_distance_counts_in_cells_only():
     assert counted(Grid((30.0, 40.0), (150.0,)), [edge]) == tuple(METRICS)
 
 
-@pytest.mark.usefixtures("few_states")
 class TestNodes:
     """Of 6,000 simulated states; 5,000 are compared, so KS noise is 0.03 and AUC noise 0.01."""
 
