@@ -53,8 +53,10 @@ def read_particles(folder, name):
     return Particles(index, rows[:, 2].astype(int), rows[:, 3:6], rows[:, 6:9], rows[:, 9:])
 
 
-def read_hits(folder):
-    index, rows = _read(folder, "hits", 21)
+def read_hits(*folders):
+    """Hits of a run, and of those that go on from it."""
+    found = [_read(folder, "hits", 21) for folder in folders]
+    index, rows = map(np.concatenate, zip(*found, strict=True))
     parts = [rows[:, k : k + 3] for k in (9, 3, 12, 15, 18)]
     return Hits(index, rows[:, 2].astype(int), *parts)
 
@@ -80,18 +82,10 @@ def is_normal(index):
     return number(index) % len(CONDITIONS) == len(CONDITIONS) - 1
 
 
-def rebound(table, hits, seed=SEED, **keys):
+def rebound(table, hits, half_size=HALF_SIZE, **more):
     """`Table.rebound` of grains of these particles at hits."""
-    return table.rebound(
-        hits.velocity,
-        hits.normal,
-        HALF_SIZE,
-        omega=hits.omega,
-        seed=seed,
-        index=hits.index,
-        hit=hits.hit,
-        **keys,
-    )
+    keys = {"seed": SEED, "index": hits.index, "hit": hits.hit}
+    return table.rebound(hits.velocity, hits.normal, half_size, omega=hits.omega, **keys, **more)
 
 
 def slow(gas_torque):
@@ -99,18 +93,11 @@ def slow(gas_torque):
     return lambda omega, time: sampler.spin_after(omega, time, INERTIA / gas_torque, *GAS)
 
 
-def replay(table, started, end, seed=SEED, seen=None, **flight):
-    """Follow particles through the box from their start, as `free_flight.fly` does.
-
-    `seen`, a list, gets every `Hits` on the way.
-    """
+def replay(table, started, end, **flight):
+    """Follow particles through the box from their start, as `free_flight.fly` does."""
 
     def at_wall(rows, normal, velocity, omega, hits):
-        now = Hits(started.index[rows], hits, velocity, omega, normal, velocity, omega)
-        after = rebound(table, now, seed)
-        if seen is not None:
-            seen.append(Hits(now.index, hits, velocity, omega, normal, *after))
-        return after
+        return rebound(table, Hits(started.index[rows], hits, velocity, omega, normal, None, None))
 
     box = saturne_run.LOWER, saturne_run.UPPER
     return fly((started.position, started.velocity), end, box, at_wall, **flight)

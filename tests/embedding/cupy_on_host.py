@@ -112,7 +112,6 @@ class RawModule:
 
     folder = None
     libraries = {}  # noqa: RUF012
-    launches = []  # noqa: RUF012  (names, blocks and threads)
 
     def __init__(self, code, options):
         assert "-fmad=false" in options
@@ -127,7 +126,6 @@ class RawModule:
 
         def launch(grid, threads, arguments):
             arguments = [as_argument(value) for value in arguments]
-            RawModule.launches.append((name, *grid, *threads))
             dims.value, blocks.value = *grid, *threads
             for block.value, thread.value in itertools.product(range(*grid), range(*threads)):
                 function(*arguments)

@@ -233,6 +233,9 @@ def test_other_walls_are_left_to_other_models(work, table, started, tmp_path):
     np.testing.assert_allclose(fields["U"][~floor], mirrored, atol=1e-6)
 
 
+TWO_MODELS = with_models(*(f"gasTorque 1; patches ({p});" for p in ("floor", "lid frontAndBack")))
+
+
 @both_clouds
 @pytest.mark.parametrize(
     ("edits", "flight"),
@@ -240,15 +243,7 @@ def test_other_walls_are_left_to_other_models(work, table, started, tmp_path):
         ([with_entries("gasTorque 2;")], {"gas_torque": 2.0}),
         ([SYMMETRY], {"symmetry_axes": [0]}),
         # two models of one cloud: one decay, and one mirror at symmetry planes
-        (
-            [
-                SYMMETRY,
-                with_models(
-                    "gasTorque 1; patches (floor);", "gasTorque 1; patches (lid frontAndBack);"
-                ),
-            ],
-            {"gas_torque": 1.0, "symmetry_axes": [0]},
-        ),
+        ([SYMMETRY, TWO_MODELS], {"gas_torque": 1.0, "symmetry_axes": [0]}),
         ([with_entries("roughness { tilt_deg 6; }")], {"roughness": np.radians(6.0)}),
         (
             [with_entries("roughness { Ra 4e-6; Rq 5e-6; RSm 40e-6; }")],

@@ -28,6 +28,8 @@ from sampler.options import (
 
 VECTORS = Path(__file__).resolve().parents[1] / "vectors"
 
+HOSTILE = f"x: '\x1b[2J\x07a\x85b{10**6 * 'x'}'"
+
 both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
 
 
@@ -45,11 +47,7 @@ both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
         # a defect keeps its traceback, and is no missed accuracy
         (RuntimeError("odd"), FAILED, "error: "),
         # lines are short and obey no terminal
-        (
-            InputError(f"x: '\x1b[2J\x07a\x85b{10**6 * 'x'}'"),
-            BAD_INPUT,
-            r"error: x: '\x1b[2J\x07a b",
-        ),
+        (InputError(HOSTILE), BAD_INPUT, r"error: x: '\x1b[2J\x07a b"),
     ],
 )
 def test_how_a_program_ends(capsys, error, status, line):
@@ -209,25 +207,15 @@ def test_an_export_has_the_known_bytes_and_replaces_an_older_one(call, tmp_path,
 
 @both
 def test_the_list_names_everything(call, program):
-    kinds, found = ("tables", "pairs", "scenes", "measurements"), {}
-    for line in call(program, "list").out.splitlines():
-        if line in kinds:
-            names = found[line] = {}
-        else:
-            name, _, text = line.strip().partition(" ")
-            names[name] = text.strip()
-    assert tuple(found) == kinds
-    assert sorted(found["tables"]) == available(".h5")
-    assert sorted([*found["pairs"], *found["scenes"]]) == available(".toml")
-    assert sorted(found["measurements"]) == available(".csv")
-    assert found["tables"]["corundum-steel"].startswith(
-        "0.5 to 90 deg, 5 to 300 m/s, spin to 10, u v"
-    )
-    assert found["pairs"]["corundum-steel"] == "synthetic corundum on steel St3"
+    listed = call(program, "list").out
+    for name in (*available(".h5"), *available(".toml"), *available(".csv")):
+        assert f"\n  {name} " in listed
 
 
 def test_the_list_in_json_says_what_the_files_say(call):
     found = json.loads(call("sampler", "list", "--json").out)
+    assert sorted(found["tables"]) == available(".h5")
+    assert sorted([*found["pairs"], *found["scenes"]]) == available(".toml")
     for name, facts in found["tables"].items():
         table = sampler.load(name)
         assert facts["pair"] == table.pair

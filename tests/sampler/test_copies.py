@@ -1,9 +1,7 @@
-"""Copies of a table, in this process and in others: the same draws, and a count of their own."""
+"""Copies of a table, as other processes get them: the same draws, and a count of their own."""
 
 import copy
-import multiprocessing
 import pickle
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -29,18 +27,15 @@ def _out_of_band(table):
     return pickle.loads(data, buffers=shifted)
 
 
-COPIES = (copy.copy, copy.deepcopy, _pickled, _out_of_band)
-
-
 def _draw(table):
-    """Work for another process: states, and how many lay outside."""
+    """States, and how many lay outside."""
     states = table.sample(0.7, 100.0, seed=1, index=INDEX)
     with pytest.warns(OutsideTableWarning):
         table.sample([0.7, 0.7], [100.0, 1e4], seed=1, index=[0, 1])
     return states, table.counts["speed"]
 
 
-@pytest.mark.parametrize("make", COPIES)
+@pytest.mark.parametrize("make", [copy.copy, copy.deepcopy, _pickled, _out_of_band])
 def test_copies_draw_the_same_and_count_anew(table_path, make):
     table = sampler.load(table_path)
     states, outside = _draw(table)
@@ -55,17 +50,6 @@ def test_copies_draw_the_same_and_count_anew(table_path, make):
     assert other.accuracy.keys() == table.accuracy.keys()
     strict = make(sampler.load(table_path, outside="raise"))
     refused("speed", strict.sample, 0.7, 1e4, seed=1, index=0)
-
-
-@pytest.mark.parametrize("method", ["fork", "spawn"])
-def test_worker_processes_take_a_table(table_path, method):
-    table = sampler.load(table_path)
-    expected = table.sample(0.7, 100.0, seed=1, index=INDEX)
-    context = multiprocessing.get_context(method)
-    with ProcessPoolExecutor(1, mp_context=context) as pool:
-        states, outside = pool.submit(_draw, table).result()
-    np.testing.assert_array_equal(states, expected)
-    assert (outside, table.counts["speed"]) == (1, 0)
 
 
 def test_contents_are_those_that_were_loaded(table_path, contents, tmp_path):

@@ -31,13 +31,8 @@ def library(tmp_path_factory):
 
 @pytest.fixture
 def script(library):
-    """Make a function that draws from the image of a table, or of contents, by scripted words."""
-
-    def make(contents, image=None):
-        image = table_image(contents) if image is None else image
-        return Scripted(library, OpenTable(image)).draw
-
-    return make
+    """Make a function that draws from contents by scripted words."""
+    return lambda contents: Scripted(library, OpenTable(table_image(contents))).draw
 
 
 def _check(contents, draw, alpha1, speed, words):

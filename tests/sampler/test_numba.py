@@ -81,13 +81,6 @@ def test_any_stride_and_integer_will_do(table):
     assert (spread[1::2] == 0.0).all()
 
 
-@numba.njit
-def _follow(handle, alpha1, speed, states):
-    for k in range(states.shape[0]):
-        # signed loop counters and literals as keys: what users write
-        sampler.numba.sample(handle, alpha1[k], speed[k], index=k, hit=3, seed=7, out=states[k])
-
-
 @numba.njit(parallel=True, nogil=True)
 def _bounce(handle, velocity, normal, omega, roughness, fresh, isotropic, out):
     wall = (1.0, 2.0, 3.0)
@@ -96,15 +89,6 @@ def _bounce(handle, velocity, normal, omega, roughness, fresh, isotropic, out):
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
         how = wall, omega, roughness, None, k, 2, fresh, isotropic, 7
         sampler.numba.rebound(handle, v, n, 1e-5, *how, out[k])
-
-
-@pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
-def test_draws_are_those_of_a_batch(table):
-    rng, states = np.random.default_rng(2), np.empty((500, 6))
-    alpha1, speed = rng.uniform(0.4, 1.5, 500), rng.uniform(60, 290, 500)
-    _follow(table.handle, alpha1, speed, states)
-    expected = table.sample(alpha1, speed, seed=7, index=range(500), hit=3)
-    np.testing.assert_array_equal(states, expected)
 
 
 @pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")

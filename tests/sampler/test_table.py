@@ -276,14 +276,9 @@ def test_first_bad_condition_is_named(table_path, name, value, outside, count, t
 def test_first_bad_impact_is_named(table_path, name, values, allowed, threads):
     table = sampler.load(table_path, outside="raise")
     for value in values:
-        inputs = {
-            "velocity": np.tile([60.0, -80.0, 0.0], (1000, 1)),
-            "half_size": np.full(1000, 1e-5),
-        }
-        inputs |= {
-            "normal": np.tile([0.0, 1.0, 0.0], (1000, 1)),
-            "wall_velocity": np.zeros((1000, 3)),
-        }
+        inputs = {"velocity": np.tile([60.0, -80.0, 0.0], (1000, 1))}
+        inputs |= {"half_size": np.full(1000, 1e-5), "wall_velocity": np.zeros((1000, 3))}
+        inputs["normal"] = np.tile([0.0, 1.0, 0.0], (1000, 1))
         inputs[name][[700, 400]] = value
         given = {"grain": "fresh", "seed": 1, "index": range(1000), "threads": threads}
         line = refused(name, table.rebound, **inputs, **given)

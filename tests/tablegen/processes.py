@@ -8,6 +8,8 @@ from importlib import util
 from types import SimpleNamespace
 
 import pytest
+from command_line import config_file
+from tiny_tables import MEASURED, ROUGH
 
 TABLEGEN = (sys.executable, "-m", "tablegen")
 
@@ -29,13 +31,20 @@ def command(*words):
     return SimpleNamespace(status=ended.returncode, out=ended.stdout, err=err)
 
 
+def generating(folder, *words, config=ROUGH):
+    """Words that generate the table of a configuration in a folder."""
+    settings = ("--output", folder / "t.h5", "--conditions", 1, "--samples", MEASURED, "--quiet")
+    words = (*TABLEGEN, "generate", config_file(folder, config), *settings, *words)
+    return [str(word) for word in words]
+
+
 @cache
 def mpiexec(ranks):
     """Words that start some ranks, on however few processors and as any user."""
-    version = command("mpiexec", "--version").out
-    open_mpi = "Open MPI" in version or "OpenRTE" in version
-    flags = ["--allow-run-as-root", "--oversubscribe"] if open_mpi else []
-    return ["mpiexec", "-n", str(ranks), *flags]
+    words, version = ["mpiexec", "-n", str(ranks)], command("mpiexec", "--version").out
+    if "Open MPI" in version or "OpenRTE" in version:
+        words += ["--allow-run-as-root", "--oversubscribe"]
+    return words
 
 
 def our_lines(text):

@@ -291,7 +291,9 @@ def test_contents_are_checked_before_they_are_written(field, values):
     refused(field, make_contents, datasets, **attributes)
 
 
-@pytest.mark.parametrize(("at", "value"), [(0, 0.1), (1, 5.0), (4, 4.0), (7, 99.0), (8, 2.5)])
+@pytest.mark.parametrize(
+    ("at", "value"), [(0, 0.1), (1, 5.0), (4, -1.0), (4, 4.0), (7, 90.0), (8, 2.5), (11, 0.1)]
+)
 def test_wrong_laws_of_contact_are_refused(at, value):
     spheres = read_table(find_table("kharaz-2001"))
     laws = spheres["sphere/laws"].copy()

@@ -1,8 +1,9 @@
 """Where accuracy is measured: evenly over angle and speed, never at a node."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from grids import grid_table
 from refusals import refused
 
 from tablegen.accuracy.conditions import (
@@ -13,9 +14,14 @@ from tablegen.accuracy.conditions import (
 )
 
 
-@pytest.fixture(scope="module")
+def grid(alpha_deg, speed):
+    nodes = {"alpha_nodes_deg": np.array(alpha_deg), "speed_nodes": np.array(speed)}
+    return SimpleNamespace(**nodes, speed_independent=False)
+
+
+@pytest.fixture
 def table():
-    return grid_table([1.0, 2.0, 30.0, 90.0], [50.0, 90.0, 100.0, 200.0, 300.0])
+    return grid([1.0, 2.0, 30.0, 90.0], [50.0, 90.0, 100.0, 200.0, 300.0])
 
 
 def picked(table, count, seed):
@@ -54,7 +60,7 @@ def test_conditions_are_a_function_of_the_seed(table):
 
 
 def test_axis_of_one_node_has_only_that():
-    alpha, speed = picked(grid_table([40.0], [50.0, 300.0]), 4, 1)
+    alpha, speed = picked(grid([40.0], [50.0, 300.0]), 4, 1)
     assert alpha.tolist() == [40.0] * 4
     assert len(set(speed)) == 4
 

@@ -1,14 +1,11 @@
 """Pair files and scenes: what they mean, and one clear line for each that cannot be used."""
 
 import math
-import pickle
-import re
 import tomllib
 from dataclasses import replace
 
 import pytest
 import tomli_w
-from pydantic import ValidationError
 from refusals import refused
 from tiny_tables import TINY
 
@@ -52,14 +49,6 @@ class TestShippedPair:
         path = data_directory() / "corundum-steel.toml"
         assert load_config(path) == load_config(str(path)) == load_config("corundum-steel")
         assert load_config("corundum-steel").text == PAIR_TEXT
-
-    def test_is_frozen_and_travels_between_processes(self):
-        config = load_config("corundum-steel")
-        with pytest.raises(ValidationError):
-            config.name = "other"
-        copy = pickle.loads(pickle.dumps(config))
-        assert copy == config
-        assert copy.text == config.text
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in data_directory().glob("*.toml")))
@@ -205,17 +194,10 @@ class TestStored:
 def test_page_of_laws_has_the_bounds_of_the_code():
     from tablegen.model import model_bounds as bounds
 
-    page = (data_directory() / "LAWS.md").read_text(encoding="utf-8")
-    rows = dict(re.findall(r"^\| ([^|]+?) \| ([^|]+?) \|", page.partition("## Bounds")[2], re.M))
-    low, high = bounds.MESH_SIZE.low, bounds.MESH_SIZE.high
-    expected = {
-        "aspect ratios b/a, c/b": bounds.ASPECT.words,
-        "impact angle": bounds.ALPHA_DEG.words,
-        "impact speed": bounds.SPEED.words,
-        "each component of the spin before the impact": bounds.SPIN.words,
-        "magnitude of that spin": f"up to {0.5 * bounds.MOST_TURNED:,.0f} sin(angle) V/a",
-        "`contact_resolution`": bounds.CONTACT_RESOLUTION.words,
-        "`tolerance`": bounds.TOLERANCE.words,
-        "mesh": f"coordinates up to {high:g}, extent of at least {low:g}",
-    }
-    assert {name: rows[name] for name in expected} == expected
+    page = (data_directory() / "LAWS.md").read_text(encoding="utf-8").partition("## Bounds")[2]
+    simple = bounds.ASPECT, bounds.ALPHA_DEG, bounds.SPEED, bounds.SPIN
+    words = [bound.words for bound in (*simple, bounds.CONTACT_RESOLUTION, bounds.TOLERANCE)]
+    words.append(f"up to {0.5 * bounds.MOST_TURNED:,.0f} sin(angle) V/a")
+    size = bounds.MESH_SIZE
+    words.append(f"coordinates up to {size.high:g}, extent of at least {size.low:g}")
+    assert [cell for cell in words if f"| {cell} |" not in page] == []

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-import tomllib
 from typing import get_args
 
 import numpy as np
@@ -38,30 +37,22 @@ def with_laws(restitution=None, resistance=None, **changes):
     return load_config("corundum-steel").with_changes({"pair": pair, **changes})
 
 
-class TestReading:
-    @pytest.mark.parametrize("law", RESTITUTION.values(), ids=RESTITUTION)
-    def test_text_stands_alone(self, law):
-        config = with_laws(law, {"law": "constant", "value": 0.5})
-        assert parse_config(config.text, "stored") == config
-        stored = tomllib.loads(config.text)["pair"]["restitution"]
-        assert stored == {"valid_speed": [50.0, 300.0]} | SOURCE | law
-
-    @pytest.mark.parametrize(
-        ("law", "expected"),
-        [
-            # a_nc at 30 degrees and 100 m/s, by hand
-            ("exponential", 1.0 - (1.0 - math.exp(-2.0)) * 0.5),
-            ("polynomial", 0.993 - 1.76 * 0.5235988 + 1.56 * 0.2741557 - 0.49 * 0.1435476),
-            ("constant", 0.6),
-            ("power", 0.5 * 2.0**0.25),
-            # angle 4/7 of the way from 10 to 45 degrees, speed 1/3 of the way from 50 to 200 m/s
-            ("tabulated", (3.0 * (2 * 0.9 + 0.8) + 4.0 * (2 * 0.6 + 0.5)) / 21.0),
-        ],
-    )
-    def test_a_law_in_a_file_is_the_law_in_the_kernel(self, law, expected):
-        arguments = with_laws(RESTITUTION[law]).pair.kernel_arguments()
-        sine = math.sin(math.radians(30.0))
-        assert restitution(arguments, 100.0, sine) == pytest.approx(expected, rel=1e-6)
+@pytest.mark.parametrize(
+    ("law", "expected"),
+    [
+        # a_nc at 30 degrees and 100 m/s, by hand
+        ("exponential", 1.0 - (1.0 - math.exp(-2.0)) * 0.5),
+        ("polynomial", 0.993 - 1.76 * 0.5235988 + 1.56 * 0.2741557 - 0.49 * 0.1435476),
+        ("constant", 0.6),
+        ("power", 0.5 * 2.0**0.25),
+        # angle 4/7 of the way from 10 to 45 degrees, speed 1/3 of the way from 50 to 200 m/s
+        ("tabulated", (3.0 * (2 * 0.9 + 0.8) + 4.0 * (2 * 0.6 + 0.5)) / 21.0),
+    ],
+)
+def test_a_law_in_a_file_is_the_law_in_the_kernel(law, expected):
+    arguments = with_laws(RESTITUTION[law]).pair.kernel_arguments()
+    sine = math.sin(math.radians(30.0))
+    assert restitution(arguments, 100.0, sine) == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -100,20 +91,19 @@ def tabulated(*rows):
     return {"law": "tabulated", **table}
 
 
-#: Laws, and whether the speed matters to them.
-SPEED_MATTERS = [
-    (RESTITUTION["polynomial"], False),
-    (RESTITUTION["constant"], False),
-    (tabulated([0.9], [0.5]), False),
-    (tabulated([0.9, 0.9], [0.5, 0.5]), False),
-    (tabulated([0.9, 0.9], [0.5, 0.4]), True),
-    (RESTITUTION["exponential"], True),
-    (RESTITUTION["power"], True),
-]
-
-
 class TestSpeed:
-    @pytest.mark.parametrize(("law", "depends"), SPEED_MATTERS)
+    @pytest.mark.parametrize(
+        ("law", "depends"),
+        [
+            (RESTITUTION["polynomial"], False),
+            (RESTITUTION["constant"], False),
+            (tabulated([0.9], [0.5]), False),
+            (tabulated([0.9, 0.9], [0.5, 0.5]), False),
+            (tabulated([0.9, 0.9], [0.5, 0.4]), True),
+            (RESTITUTION["exponential"], True),
+            (RESTITUTION["power"], True),
+        ],
+    )
     def test_laws_say_whether_it_matters_and_the_model_agrees(self, law, depends):
         config = with_laws(law)
         assert config.pair.restitution.depends_on_speed is depends

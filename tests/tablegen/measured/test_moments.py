@@ -9,22 +9,18 @@ from tablegen.measured.measurements import QUANTITIES
 from tablegen.measured.moments import SimulatedMoments, mixed_moments, variables_of
 
 #: Two shapes of four states each: u, v, w, omega_x, omega_y, omega_z.
-FIRST = np.array(
+FIRST, SECOND = np.array(
     [
         [0.5, 0.2, 0.0, 0.0, 0.0, -0.4],
         [0.7, 0.2, 0.3, 9.0, 9.0, -0.2],
         [-0.1, 0.4, -0.3, 9.0, 9.0, 0.2],
         [0.5, 0.4, 0.0, 0.0, 9.0, -0.4],
-    ]
-)
-SECOND = np.array(
-    [
         [0.1, 0.8, 0.1, 0.0, 0.0, 0.1],
         [0.3, 0.6, 0.1, 0.0, 0.0, 0.3],
         [0.2, 0.3, -0.2, 0.0, 0.0, 0.2],
         [0.2, 0.1, 0.0, 0.0, 0.0, -0.6],
     ]
-)
+).reshape(2, 4, 6)
 
 
 def moments_of(*samples, alpha_deg=30.0, shares=(1.0,)):

@@ -131,10 +131,6 @@ class TestCloseNodes:
             np.testing.assert_allclose(found, range(len(nodes)), rtol=0.0, atol=0.01)
             assert (np.diff(coordinate) > 0.0).all()
 
-    def test_too_close_are_refused(self):
-        nodes = [0.1, 0.101, 1.0, 90.0]
-        refused("table.alpha_nodes_deg", axes_of, (0.1, 90.0), alpha_nodes_deg=nodes)
-
 
 def halved(nodes, middle):
     """Nodes with all middles that there are."""

@@ -6,7 +6,7 @@ import sys
 import pytest
 from command_line import BAD_INPUT, DONE, config_file
 from crashing_tasks import die, die_once
-from processes import TABLEGEN, command, mpiexec, needs_dask, needs_mpi, our_lines
+from processes import command, generating, mpiexec, needs_dask, needs_mpi, our_lines
 from tiny_tables import MEASURED, ROUGH
 
 from sampler.errors import InputError
@@ -14,12 +14,6 @@ from tablegen.checkpoints import Task, TaskRunner
 from tablegen.tables import executors
 from tablegen.tables.executors import open_executor
 from tablegen.tables.generate import generate
-
-
-def generating(folder, *words):
-    settings = ("--conditions", 1, "--samples", MEASURED, "--quiet")
-    output = ("--output", folder / "t.h5")
-    return [*TABLEGEN, "generate", config_file(folder), *output, *settings, *words]
 
 
 @pytest.fixture(scope="module")

@@ -82,13 +82,10 @@ def test_bad_centre_refines_the_axis_with_the_worse_edges():
 
 
 def test_refinement_that_does_not_help_ends_and_says_so():
-    found = refine(
-        START,
-        errors_by(lambda _: 2.0),
-        lambda a, b: None if b - a < 1 else (a + b) / 2,
-        never,
-        MANY,
-    )
+    def half(low, high):
+        return None if high - low < 1.0 else middle(low, high)
+
+    found = refine(START, errors_by(lambda _: 2.0), half, never, MANY)
     assert not found.reached
     assert found.worst == 2.0
     assert np.diff(found.grid.alpha_deg).min() == 0.5

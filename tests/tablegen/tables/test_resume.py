@@ -7,8 +7,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from command_line import INTERRUPTED, config_file
-from processes import TABLEGEN
+from command_line import INTERRUPTED
+from processes import generating
 from refusals import refused
 from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH
 
@@ -17,23 +17,9 @@ from tablegen.fitting.node import fit_node
 from tablegen.tables.generate import generate
 
 #: Twelve nodes that take some tenths of a second each.
-CONFIG = ROUGH.with_changes(
-    {
-        "table": {
-            "samples_per_node": 20_000,
-            "alpha_nodes_deg": [35.0, 38.0, 41.0, 45.0],
-            "speed_nodes": [60.0, 120.0, 300.0],
-        }
-    }
-)
+TABLE = {"alpha_nodes_deg": [35.0, 38.0, 41.0, 45.0], "speed_nodes": [60.0, 120.0, 300.0]}
+CONFIG = ROUGH.with_changes({"table": {"samples_per_node": 20_000, **TABLE}})
 NODES = 12
-
-
-def generating(folder, *words):
-    output = ("--output", folder / "t.h5")
-    settings = ("--conditions", 1, "--samples", MEASURED, "--workers", 1, "--quiet")
-    parts = (*TABLEGEN, "generate", config_file(folder, CONFIG), *output, *settings, *words)
-    return [str(part) for part in parts]
 
 
 def checkpoints(folder):
@@ -67,7 +53,8 @@ def whole(tmp_path_factory):
 def interrupted(tmp_path_factory):
     """Folder of a run that Ctrl-C ended when three nodes were there."""
     folder = tmp_path_factory.mktemp("interrupted")
-    with subprocess.Popen(generating(folder), stderr=subprocess.PIPE, text=True) as run:
+    words = generating(folder, "--workers", 1, config=CONFIG)
+    with subprocess.Popen(words, stderr=subprocess.PIPE, text=True) as run:
         while len(checkpoints(folder)) < 3:
             assert run.poll() is None, "it ended before three nodes were there"
             time.sleep(0.005)

@@ -1,14 +1,11 @@
 """Tables of spheres: draws are direct simulation, in every law, in Python, C and numba."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from contact_law_samples import RESISTANCE, RESTITUTION
 from refusals import refused
 
-import sampler.numba
-from sampler.errors import TableError
+import sampler
 from sampler.formats.channels import STATE, WORKS
 from sampler.formats.hdf5 import write_table
 from tablegen.config.config import load_config
@@ -105,17 +102,6 @@ def test_works_balance_with_spin():
     assert (drawn[:, 6:] >= 0.0).all()
 
 
-def test_compiled_code_draws_the_same(table):
-    out, grain = np.zeros(6), (4.0, 1.0, 1.0)
-    for spin in (None, (0.5, -1.0, 2.0)):
-        keys = {"index": 2, "hit": 3, "seed": 1, "out": out}
-        assert sampler.numba.sample(table.handle, 0.7, 100.0, spin, **keys) == 0
-        state = table.sample(0.7, 100.0, spin=spin, seed=1, index=2, hit=3)
-        np.testing.assert_array_equal(out, state)
-        same = table.sample(0.7, 100.0, spin=spin or (0, 0, 0), grain=grain, seed=1, index=2, hit=3)
-        np.testing.assert_array_equal(out, same)
-
-
 def test_commands(call, refuse, tmp_path):
     made = tmp_path / "k.h5"
     for done in (
@@ -141,14 +127,3 @@ def test_what_is_refused():
     coarse = KHARAZ.with_changes({"model": {"contact_resolution": 0.05}})
     refused("model.contact_resolution", spheres.sphere_contents, coarse)
     refused("table", pruned, spheres.sphere_contents(KHARAZ), KHARAZ)
-
-
-@pytest.mark.parametrize(
-    ("at", "value"), [(0, 0.0), (0, 0.1), (1, 5.0), (4, -1.0), (7, 90.0), (8, 2.0), (11, 0.1)]
-)
-def test_laws_that_cannot_be_drawn_from(at, value):
-    contents = spheres.sphere_contents(CONFIG)
-    laws = contents["sphere/laws"].copy()
-    laws[at] = value
-    with pytest.raises(TableError, match=r"^sphere/laws: got "):
-        replace(contents, datasets={**contents.datasets, "sphere/laws": laws})
