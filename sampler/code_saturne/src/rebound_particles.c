@@ -16,17 +16,17 @@
 
 #include "rebound_wall.h"
 
-static int first_attribute = -1;
+static int ours = -1; /* our first user attribute */
 
 void rebound_particles_make(void)
 {
-    first_attribute = cs_glob_lagr_model->n_user_variables;
+    ours = cs_glob_lagr_model->n_user_variables;
     cs_glob_lagr_model->n_user_variables += REBOUND_ATTRIBUTES;
 }
 
 int rebound_wall_attribute(void)
 {
-    return first_attribute;
+    return ours;
 }
 
 /* Number of particles of processes of a lower rank, for n here; *total: of all processes. */
@@ -56,8 +56,7 @@ void rebound_wall_new(cs_lagr_particle_set_t *particles, const cs_lnum_t particl
     const cs_gnum_t first = given + count_before(particle_range[1] - particle_range[0], &total);
     given += total;
     for (cs_lnum_t p = particle_range[0]; p < particle_range[1]; p++) {
-        cs_real_t *kept = (cs_real_t *)cs_lagr_particles_attr(particles, p, CS_LAGR_USER) +
-                          first_attribute;
+        cs_real_t *kept = (cs_real_t *)cs_lagr_particles_attr(particles, p, CS_LAGR_USER) + ours;
         kept[REBOUND_STEP] = step;
         kept[REBOUND_NUMBER] = (cs_real_t)(first + (cs_gnum_t)(p - particle_range[0]));
         for (int k = REBOUND_HITS; k < REBOUND_ATTRIBUTES; k++)
@@ -93,10 +92,9 @@ void rebound_particles_resume(void)
     BFT_MALLOC(values, 3 * n, cs_real_t);
     cs_restart_read_particles(file, location, cells, values); /* needed before their sections */
     for (int k = 0; k < REBOUND_ATTRIBUTES; k++) {
-        resume_attribute(file, location, first_attribute + k, values);
+        resume_attribute(file, location, ours + k, values);
         for (cs_lnum_t p = 0; p < n; p++)
-            ((cs_real_t *)cs_lagr_particles_attr(particles, p, CS_LAGR_USER))[first_attribute + k] =
-                values[p];
+            ((cs_real_t *)cs_lagr_particles_attr(particles, p, CS_LAGR_USER))[ours + k] = values[p];
     }
     BFT_FREE(values);
     BFT_FREE(cells);
