@@ -21,11 +21,9 @@ _DRAW = "import sampler; t = sampler.load('corundum-steel-compact')"
 _ONE = "seed=1, index=[0], hit=0)"
 _IMPACT = "[1.0, -90.0, 0.0], [0, 1, 0], 1e-5"
 _CONDITION = ("--alpha", "45", "--speed", "200", "--count", "1000", "--seed", "1")
-_TABLEGEN, _SAMPLER = (sys.executable, "-m", "tablegen"), (sys.executable, "-m", "sampler")
-_SHAPE = ("--pair", "corundum-steel", "--shape", "mixture", "--overwrite")
+_SHAPE = ("-m", "tablegen", "simulate", "--pair", "corundum-steel", "--shape", "mixture")
+_OUTPUT = ("--output", "r.npz", "--overwrite")
 PROGRAMS = {
-    "tablegen --help": (*_TABLEGEN, "--help"),
-    "import tablegen": (*_PYTHON, "import tablegen"),
     "import numpy, h5py": (*_PYTHON, "import numpy, h5py"),
     "table.sample": (*_PYTHON, f"{_DRAW}; t.sample(0.5, 100.0, {_ONE}"),
     "table.rebound": (*_PYTHON, f"{_DRAW}; t.rebound({_IMPACT}, {_ONE}"),
@@ -33,9 +31,7 @@ PROGRAMS = {
         *_PYTHON,
         f"{_DRAW}; t.rebound({_IMPACT}, omega=[0, 0, 1e5], roughness=0.1, {_ONE}",
     ),
-    "sampler draw": (*_SAMPLER, "draw", "corundum-steel", *_CONDITION, "--output", "draws.npz"),
-    "tablegen inspect": (*_TABLEGEN, "inspect", "corundum-steel"),
-    "tablegen simulate": (*_TABLEGEN, "simulate", *_SHAPE, *_CONDITION, "--output", "r.npz"),
+    "tablegen simulate": (sys.executable, *_SHAPE, *_CONDITION, *_OUTPUT),
 }
 
 

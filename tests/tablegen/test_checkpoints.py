@@ -9,13 +9,7 @@ import pytest
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from sampler.errors import InputError
-from tablegen.checkpoints import (
-    SECONDS,
-    CheckpointStore,
-    Task,
-    TaskRunner,
-    stable_number,
-)
+from tablegen.checkpoints import SECONDS, CheckpointStore, Task, TaskRunner, stable_number
 
 KEY = "node 1.0 2.0"
 ARRAYS = {
@@ -77,11 +71,6 @@ class TestStore:
         with pytest.raises(InputError, match="which is not of an unfinished run"):
             CheckpointStore(output, "fingerprint", discard=True)
         assert notes.read_text() == "precious"
-
-    def test_folder_that_cannot_be_made_is_one_line(self, output):
-        output.with_name("t.h5.parts").write_text("a file of the user's")
-        with pytest.raises(InputError, match=r"^output: cannot make [^\n]*$"):
-            CheckpointStore(output, "fingerprint")
 
 
 class TestEarlierCheckpoints:
@@ -146,26 +135,6 @@ class TestRun:
         assert [int(arrays["square"]) for arrays in found.values()] == [4, 9]
         # the time of finished pieces counts
         assert runner.seconds == sum(float(arrays[SECONDS]) for arrays in found.values()) > 0.0
-
-    def test_an_error_cancels_the_tasks_that_have_not_begun(self, store, monkeypatch):
-        def full(key, arrays):
-            raise InputError("output: cannot write")
-
-        monkeypatch.setattr(store, "save", full)
-        begun, go_on = [], threading.Event()
-
-        def waiting(number):
-            begun.append(number)
-            if len(begun) > 1:
-                go_on.wait(60.0)
-            return square(number)
-
-        tasks = {f"{n}": Task(waiting, (n,)) for n in range(5)}
-        with ThreadPoolExecutor(1) as pool:
-            with pytest.raises(InputError):
-                TaskRunner(store, pool).run("squares", tasks)
-            go_on.set()
-        assert begun in ([0], [0, 1])
 
     def test_results_are_reported_and_change_the_note(self, terminal, store, capsys):
         runner = TaskRunner(store, progress=True)

@@ -165,7 +165,7 @@ def _group_for_dataset(file):
 
 #: Changes of a file by what is refused then.
 REFUSED = {
-    "format_version": [_attribute("format_version", [1, 5]), _attribute("format_version", [3, 0])],
+    "format_version": [_attribute("format_version", version) for version in ([1, 5], [3, 0], 2)],
     "pair": [
         lambda file: file.attrs.__delitem__("pair"),
         *(_attribute("pair", text) for text in ("a\x1b[2Jb", "x" * 10**5)),
@@ -190,7 +190,7 @@ REFUSED = {
         _value(QUANTILES, (0, 0, 0, 2, 64), np.inf),
     ],
     f"{QUANTILES}: of v": [_value(QUANTILES, (0,) * 5, 0.0)],
-    KNOTS: [_value(KNOTS, 3, -3.0)],
+    KNOTS: [_value(KNOTS, 3, -3.0), _replace(KNOTS, lambda x: 1e7 * x)],
     "axes/speed": [
         _group_for_dataset,
         *(_value("axes/speed", *change) for change in ((0, -5.0), (1, 50.0))),
@@ -205,6 +205,7 @@ REFUSED = {
     ],
     ANGLES: [
         _value(ANGLES, -1, 1.9),
+        _replace(ANGLES, lambda x: x[:1]),
         _replace(ANGLES, lambda x: x + 1e12),
         _replace(ANGLES, lambda x: np.where(np.arange(x.size) < 100, x / 1e9, x)),
     ],

@@ -14,6 +14,7 @@ from tablegen import calibrate, load_config
 from tablegen.config.grains import GRAINS
 from tablegen.measured.fit_text import fit_lines
 from tablegen.measured.measurements import Moments
+from tablegen.measured.pictures import fit_picture
 
 FREE = ("pair.restitution.value", "pair.resistance.value")
 pytestmark = pytest.mark.usefixtures("quick")
@@ -109,6 +110,14 @@ def test_spheres_give_restitution_and_friction():
     )
     np.testing.assert_allclose(made.chosen.values, [0.9, 0.2, 0.4], atol=0.03)
     refused("free", calibrate, data, start=start, free=["pair.resistance.static"])
+
+
+def test_spheres_are_fitted_from_their_measurements_alone():
+    made = calibrate("kharaz-2001", grains="kharaz-2001")
+    assert not made.missed
+    assert made.config.pair.resistance.law == "coulomb"
+    assert max(abs(one.residual) for one in made.chosen.means if one.column == "e_t") < 0.03
+    assert fit_picture(made, "fit.png").data.startswith(b"\x89PNG")
 
 
 def test_angles_from_the_normal_and_rows_that_no_grains_hold(measured):

@@ -11,8 +11,6 @@ from scipy.stats import binom, kstest, truncnorm
 import tablegen
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
-from tablegen.evidence.stability import run_case
-from tablegen.evidence.stability_cases import Case
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.particle_run import simulate_batch
 from tablegen.simulation.batches import BATCH, NotFiniteError
@@ -204,10 +202,6 @@ class TestNotFinite:
         assert ended.status == 3
         assert "is not finite" in ended.err.splitlines()[-1]
         assert not list(tmp_path.iterdir())
-
-    def test_the_stability_study_counts_them(self):
-        found = run_case(_CONFIG, Case("prism", (0.8, 0.8), 45.0, 200.0, 0.0), 8, 1)
-        assert (found.non_finite, found.unfinished) == (2, 0)
 
 
 class TestInterruption:

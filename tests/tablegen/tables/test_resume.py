@@ -10,9 +10,8 @@ import pytest
 from command_line import INTERRUPTED
 from processes import generating
 from refusals import refused
-from tiny_tables import GENERATE, MEASURED, REFINE, ROUGH
+from tiny_tables import MEASURED, REFINE, ROUGH
 
-from sampler.errors import InputError
 from tablegen.fitting.node import fit_node
 from tablegen.tables.generate import generate
 
@@ -108,17 +107,3 @@ def test_checkpoints_are_refused_without_a_flag_and_for_another_run(left, tmp_pa
 def test_discarded_checkpoints_are_made_again(left, whole, tmp_path, monkeypatch):
     assert len(made(tmp_path, monkeypatch, discard=True)) == NODES
     assert (tmp_path / "t.h5").read_bytes() == whole
-
-
-def test_failed_write_keeps_the_checkpoints_and_an_older_file(whole, tmp_path, monkeypatch):
-    (tmp_path / "t.h5").write_text("an older file")
-
-    def full(path, contents):
-        raise InputError(f"output: cannot write {path}: No space left, allowed: some")
-
-    with monkeypatch.context() as patch:
-        patch.setattr(GENERATE, "write_table", full)
-        refused("output", made, tmp_path, patch)
-    assert (tmp_path / "t.h5").read_text() == "an older file"
-    assert len(checkpoints(tmp_path)) == NODES
-    assert made_the_rest(tmp_path, monkeypatch, whole) == 0
