@@ -6,7 +6,6 @@ Every row is a program of its own: "first" with an empty cache, "again" the leas
 after it.
 """
 
-import argparse
 import os
 import resource
 import subprocess
@@ -46,14 +45,11 @@ def seconds(words: tuple[str, ...], folder: Path) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--repeats", type=int, default=3, help="runs with a filled cache")
-    repeats = parser.parse_args().repeats
     print(f"{'program, CPU seconds':<20} {'first':>8} {'again':>8}")
     for name, words in PROGRAMS.items():
         with tempfile.TemporaryDirectory() as folder:
             first = seconds(words, Path(folder))
-            again = min(seconds(words, Path(folder)) for _ in range(repeats))
+            again = min(seconds(words, Path(folder)) for _ in range(3))
         print(f"{name:<20} {first:8.2f} {again:8.2f}", flush=True)
 
 

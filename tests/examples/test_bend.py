@@ -89,10 +89,6 @@ def test_sums_and_means_of_cells():
     later = (impacts.speed**2)[impacts.hit > 0].sum() / 100.0**2 / 2000
     expected = [len(impacts.hit) / 2000, impacts.speed.mean(), 30.0, energy, energy / 4.0, later]
     np.testing.assert_allclose(whole[:, 0], expected)
-    empty, errors = bend.by_place(impacts, 2000, np.array([0.0, 1.0, 2.0]), 100.0)
-    assert empty[0, 1] == 0.0
-    assert np.isnan(empty[1, 1])
-    assert errors[0, 1] == 0.0
 
 
 def test_command_prints_and_draws(tmp_path, capsys, monkeypatch):

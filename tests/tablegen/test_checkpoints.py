@@ -72,6 +72,11 @@ class TestStore:
             CheckpointStore(output, "fingerprint", discard=True)
         assert notes.read_text() == "precious"
 
+    def test_folder_that_cannot_be_made_is_one_line(self, output):
+        output.with_name("t.h5.parts").write_text("a file of the user's")
+        with pytest.raises(InputError, match=r"^output: cannot make [^\n]*$"):
+            CheckpointStore(output, "fingerprint")
+
 
 class TestEarlierCheckpoints:
     def test_are_used_to_resume(self, left, output):

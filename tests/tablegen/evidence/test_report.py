@@ -117,3 +117,5 @@ def test_joint_density_is_that_of_the_sample():
     # states outside are not redistributed
     half = plots.joint_density(state, np.linspace(0.0, 0.5, 6), v)
     assert half.sum() * 0.1 * 0.2 == pytest.approx(0.5, abs=0.01)
+    sources = plots.Source("particles", state), plots.Source("a sphere", state[:1])
+    assert plots.joint_picture(sources, "x.png", "", "").data.startswith(b"\x89PNG")
