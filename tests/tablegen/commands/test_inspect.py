@@ -39,7 +39,7 @@ def test_json_has_what_the_table_has(run, refused, tiny):
 
 def test_a_table_without_measured_accuracy(run, tmp_path):
     pruned = tmp_path / "pruned.h5"
-    words = ("prune", "corundum-steel", "--scene", "plane-flow", "--output", pruned)
+    words = ("prune", "corundum-steel-compact", "--scene", "plane-flow", "--output", pruned)
     assert run(*words).status == DONE
     facts = json.loads(run("inspect", pruned, "--json").out)
     assert (facts["worst"], facts["accuracy"]["auc"]) == (None, [])
