@@ -11,6 +11,7 @@ import click
 from sampler import options
 from sampler.errors import InputError
 from sampler.options import DONE, MISSED
+from tablegen.commands import shared
 
 if TYPE_CHECKING:
     from tablegen.config.config import Config
@@ -49,8 +50,7 @@ def demo(output: Path, progress: bool) -> int:
     from tablegen.config.config import load_config
     from tablegen.tables.generate import generate
 
-    flag = click.Option(["--output"])
-    options.OUTPUT(_picture_path(output), flag, click.get_current_context())
+    shared.check_written(_picture_path(output))
     config = load_config("demo")
     begin = time.perf_counter()
     alpha, speed = config.domain.alpha_deg, config.domain.speed

@@ -7,6 +7,7 @@ import click
 from sampler import options
 from sampler.files import write_bytes
 from sampler.options import DONE
+from tablegen.commands import shared
 from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 
 
@@ -49,9 +50,8 @@ def figures(
 
     require_matplotlib("tablegen figures")
     made = [*output.glob("figure-*"), output / PAGE]
-    flag = click.Option(["--output"])
     for file in made if output.exists() else [output]:
-        options.OUTPUT(file, flag, click.get_current_context())
+        shared.check_written(file)
     loaded = sampler.load(table)
     config = stored_config(loaded.config, f"{table}: config")
     particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)

@@ -57,6 +57,11 @@ def wall_tilt(text: str) -> Decorator:
     return click.option(*names, type=kind, default=0.0, show_default=True, metavar="DEG", help=text)
 
 
+def check_written(path: Path) -> None:
+    """Refuse a file that a command makes for its ``--output`` as that would be refused."""
+    options.OUTPUT(path, click.Option(["--output"]), click.get_current_context())
+
+
 def picture(text: str) -> Decorator:
     """Add ``--picture``."""
     how: Any = {"type": options.OUTPUT, "callback": _check_picture, "metavar": "F.png|pdf|svg"}

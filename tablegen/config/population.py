@@ -23,6 +23,9 @@ from tablegen.model.shapes import FIRST_MESH, MeshArguments, longest_list
 #: quantile loses the digits that tell the ends of the range apart.
 _LEAST_MASS = 1e-6
 
+#: Mean aspect ratio above which ellipsoids are nearly round.
+_NEARLY_ROUND = 0.9
+
 Weight = Annotated[float, Field(ge=0.0, le=1e6)]
 
 
@@ -188,6 +191,13 @@ class Population(Record):
         """Whether ellipsoids have half of the weight or more."""
         ellipsoid = SHAPE_CODES["ellipsoid"]
         return any(part.code == ellipsoid and part.share >= 0.5 for part in self.strata())
+
+    @property
+    def nearly_round(self) -> bool:
+        """Whether all particles are ellipsoids, with mean aspect ratios above `_NEARLY_ROUND`."""
+        if self.shapes.positive().keys() != {"ellipsoid"} or self._weighty_meshes():
+            return False
+        return bool(self.kernel_arguments().aspect[:, 0].min() > _NEARLY_ROUND)
 
     def _weighty_meshes(self) -> tuple[MeshShape, ...]:
         """Meshes with positive weight."""

@@ -12,7 +12,6 @@ import sampler
 from sampler.formats.channels import STATE
 from tablegen.config.config import Config, parse_config
 from tablegen.config.pairs import MaterialPair
-from tablegen.config.population import Population
 from tablegen.config.scenes import Tree, merged
 from tablegen.measured.fit_text import fit_lines
 from tablegen.measured.measurements import ANY_SPEED, Measurements
@@ -43,7 +42,7 @@ _LIMITS = {"chain_ks": 0.1, "chain_energy": 0.12, "chain_spin": 0.2}
 #: Limits of nearly round grains. What their shape adds to a sphere's rebound deviates by a few
 #: thousandths of V, in rare rebounds that decide the correlations and weigh in distances that are
 #: over deviations: 0.50 and 0.064 in a table of well-rounded quartz.
-_NEARLY_ROUND, _ROUND_LIMITS = 0.9, {"correlation_error": 0.5, "sliced_wasserstein": 0.07}
+_ROUND_LIMITS = {"correlation_error": 0.5, "sliced_wasserstein": 0.07}
 
 #: List of numbers on several lines.
 _LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
@@ -121,7 +120,7 @@ def fitted_config(
             pair["restitution"]["valid_speed"] = ends
     tree["domain"] = _domain(start, MaterialPair.from_tree(pair), used, speeds)
     tree["spin"] = not set(start.domain.columns) - set(STATE)
-    limits = _ROUND_LIMITS if _is_nearly_round(start.population) else {}
+    limits = _ROUND_LIMITS if start.population.nearly_round else {}
     tree["accuracy"] = {"preset": "compact", **limits}
     tree.pop("spin_accuracy", None)
     if tree["spin"] and not start.population.only_spheres:
@@ -129,13 +128,6 @@ def fitted_config(
     for nodes in ("alpha_nodes_deg", "speed_nodes"):
         tree.get("table", {}).pop(nodes, None)
     return parse_config(_LIST.sub(_on_one_line, tomli_w.dumps(tree)), name)
-
-
-def _is_nearly_round(population: Population) -> bool:
-    """Whether all particles are ellipsoids, with mean aspect ratios above `_NEARLY_ROUND`."""
-    if set(population.shapes.positive()) != {"ellipsoid"} or population.meshes:
-        return False
-    return bool(population.kernel_arguments().aspect[:, 0].min() > _NEARLY_ROUND)
 
 
 def _domain(start: Config, fitted: MaterialPair, used: Measurements, speeds: FloatArray) -> Tree:

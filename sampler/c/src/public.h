@@ -218,7 +218,8 @@ typedef struct rbt_conditions {
 } rbt_conditions;
 
 /* Draw n states: rows of the table's variables (rbt_components), at most RBT_VALUES n numbers. Without
-   `states` only the codes are written. codes: n codes, or NULL. Returns the first error, else the sum of the flags of all rows. Errors:
+   `states` only the codes are written. codes: n codes, or NULL. Returns the first error, else the sum of
+   the flags of all rows. Errors:
    RBT_ERR_MISSING, RBT_ERR_NOT_FINITE, RBT_ERR_NOT_APPROACHING, RBT_ERR_SPEED_NOT_POSITIVE,
    RBT_ERR_NO_SPIN_LAW, RBT_ERR_GRAIN_NOT_KNOWN. */
 RBT_API RBT_MUST_USE RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n,

@@ -64,6 +64,8 @@ void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum
                       const double normal[3], const double before[3], const double after[3],
                       int stays, const double works[2])
 {
+    if (sums[HITS] == NULL && angles[0] == NULL)
+        return;
     const double n = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_STAT_WEIGHT);
     const double mass = n * cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS);
     const double square = cs_math_3_dot_product(before, before);
