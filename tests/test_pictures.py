@@ -36,8 +36,11 @@ def test_condition_is_that_where_the_table_is_worst(pictures, tmp_path):
     races = [race(10.0, 0.51), race(45.0, 0.53), race(70.0, 0.52)]
     (tmp_path / "report.json").write_text(json.dumps({"races": [asdict(one) for one in races]}))
     assert pictures.read_report(tmp_path / "report.json") == races[1]
-    pictures.main(tmp_path / "report.json", tmp_path / "errors.png")
+    pictures.main([str(tmp_path / "report.json"), str(tmp_path / "errors.png")])
     assert (tmp_path / "errors.png").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "report.json").write_text('{"races": [{"runners": []}]}')
+    with pytest.raises(SystemExit, match="2"):
+        pictures.main([str(tmp_path / "report.json"), str(tmp_path / "x.png")])
 
 
 def test_error_picture_changes_with_the_numbers():

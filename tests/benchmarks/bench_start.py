@@ -2,8 +2,7 @@
 
     python tests/benchmarks/bench_start.py
 
-Every row is a program of its own: "first" with an empty cache, "again" the least of a few runs
-after it.
+Every row is a program: "first" with an empty cache, "again" the least of three runs after it.
 """
 
 import os
