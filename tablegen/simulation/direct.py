@@ -1,6 +1,5 @@
 """Direct rebounds of particles that each have their own velocity, spin and grain."""
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
