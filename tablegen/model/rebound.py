@@ -69,6 +69,9 @@ COLLISION_ALARM = 100_000_000
 #: omega_y differ from the reference's by up to 0.008, at this height by no more than its noise.
 CLEARANCE = 0.006
 
+#: Square of an angle [rad]: a particle that turns less before it has left is followed so far.
+_LONG_WAY = 9.0
+
 
 @no_refcount_inline_kernel
 def rotational_energy(moments, motion):
@@ -108,17 +111,21 @@ def departing_spin(moments, instant, motion):
     return (_dot(w, x), _dot(w, n), _dot(w, z)), inertia
 
 
-@no_refcount_inline_kernel
+@no_refcount_kernel
 def departure_height(body, instant, motion):
     """Height at which a particle that rises has left.
 
-    While it tumbles as now it cannot touch the wall from there. Where angular velocities of an
-    instant are asked for, it is that of the instant.
+    No phase of its tumbling touches the wall from there; it is looked for where the way to the
+    bounding radius is long. Where angular velocities of an instant are asked for, it is that of the
+    instant.
     """
-    w = load_three(motion, 0)
-    momentum = body.moments[0] * w[0], body.moments[1] * w[1], body.moments[2] * w[2]
-    reach = tumbling_reach(body, momentum, load_three(motion, NORMAL))
-    return select(instant > 0.0, body.bounding_radius + CLEARANCE, reach)
+    w, v, top = load_three(motion, 0), load(motion, V), body.bounding_radius + CLEARANCE
+    way = top - load(motion, HEIGHT)
+    long = (way * way * _dot(w, w) > _LONG_WAY * v * v) & (v > 0.0) & logical_not(instant > 0.0)
+    if any_lane(long):
+        momentum = body.moments[0] * w[0], body.moments[1] * w[1], body.moments[2] * w[2]
+        top = select(long, tumbling_reach(body, momentum, load_three(motion, NORMAL)), top)
+    return top
 
 
 @inline_kernel
@@ -343,8 +350,8 @@ def approach(condition, body, motion, where=True):
     """Set velocity, spin and height of oriented particles before their rebound.
 
     Without spin a particle translates, so it starts at its contact; with spin it starts where no
-    phase of its tumbling touches (`tumbling_reach`), and falls, turning. Rows 3:9 of ``motion`` (13,) hold the orientation; the
-    others are written, in the lanes ``where``.
+    phase of its tumbling touches (`tumbling_reach`), and falls, turning. Rows 3:9 of ``motion``
+    (13,) hold the orientation; the others are written, in the lanes ``where``.
     """
     x, n, z = _wall_axes(motion)
     s_x, s_y, s_z = condition.spin

@@ -131,10 +131,11 @@ class MeshArguments(NamedTuple):
     """The k meshes of a population one after another, for kernels.
 
     ``moments`` (k, 3) per unit mass in units of a^2, ``sizes`` (k, 3): half-sizes b and c, and
-    the bounding radius, ``reach`` (k, 3): largest distances from the centre along the axes; the `SupportMap` of mesh i has ``resolutions[i]``, ``slack``, the entries
-    ``firsts[i, 0] : firsts[i + 1, 0]`` of ``starts`` and the rows ``firsts[i, 1] :
-    firsts[i + 1, 1]`` of ``points`` (., 3); its longest list has at most ``longest`` vertices.
-    ``firsts`` is (k + 1, 2) int64; all lengths are in units of a.
+    the bounding radius, ``reach`` (k, 3): largest distances from the centre along the axes; the
+    `SupportMap` of mesh i has ``resolutions[i]``, ``slack``, the entries ``firsts[i, 0] :
+    firsts[i + 1, 0]`` of ``starts`` and the rows ``firsts[i, 1] : firsts[i + 1, 1]`` of ``points``
+    (., 3); its longest list has at most ``longest`` vertices. ``firsts`` is (k + 1, 2) int64; all
+    lengths are in units of a.
     """
 
     moments: np.ndarray

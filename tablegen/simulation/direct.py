@@ -45,7 +45,7 @@ class DirectRebound(NamedTuple):
 
     velocity: NDArray[np.float64]
     omega: NDArray[np.float64]
-    #: Inertia about omega over m a^2, (...); 0 without spin, and of fresh grains, which nobody keeps.
+    #: Inertia about omega over m a^2, (...); 0 without spin, and of fresh grains.
     inertia: NDArray[np.float64]
 
 
