@@ -75,14 +75,14 @@ def momentum_direction(moments, inertia, turn, positive):
     x = min(max(1.0 / inertia, i3), i1)
     side = 1.0 if positive else -1.0
     first, third = math.sqrt((x - i3) / (i1 - i3)), math.sqrt((i1 - x) / (i1 - i3))
-    # with two equal moments the curves go round the third axis only
-    if i1 == i2 or (x < i2 and i2 != i3):
+    # of two equal moments the axes turn alike, and the parameter is 0
+    if i1 == i2 or x < i2:
         second = math.sqrt((x - i3) / (i2 - i3))
-        complement = (i1 - i3) * (i2 - x) / ((i2 - i3) * (i1 - x)) if x < i2 else 1.0
+        complement = (i1 - i3) * (i2 - x) / ((i2 - i3) * (i1 - x)) if i1 > i2 else 1.0
         sn, cn, dn = jacobi(turn, max(complement, _LEAST_COMPLEMENT))
         return first * cn, second * sn, side * third * dn
     second = math.sqrt((i1 - x) / (i1 - i2))
-    complement = (i1 - i3) * (x - i2) / ((i1 - i2) * (x - i3)) if x > i2 else 1.0
+    complement = (i1 - i3) * (x - i2) / ((i1 - i2) * (x - i3)) if i2 > i3 else 1.0
     sn, cn, dn = jacobi(turn, max(complement, _LEAST_COMPLEMENT))
     return side * first * dn, second * sn, third * cn
 

@@ -4,7 +4,10 @@ import numpy as np
 from reference_model import Law, Setup, rebounds
 
 from tablegen.config.config import load_config
+from tablegen.model.impacts import one_row
 from tablegen.model.random_particles import draw_particles, keys_of_run
+from tablegen.model.rebound import HEIGHT, MOTION_SIZE, approach
+from tablegen.model.shapes import MAX_VERTICES, NO_MAP, shaped_body
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
@@ -13,17 +16,27 @@ _RESTITUTION, _RESISTANCE = CONFIG.pair.restitution, CONFIG.pair.resistance
 LAW = Law(_RESTITUTION.coefficient, _RESTITUTION.exponent, _RESISTANCE.strength)
 
 
-def random_particles(population, count, seed):
+def random_particles(population, condition, count, seed):
     """Particles that `simulate` draws, as `reference_model.rebounds` takes them.
 
     Returns shape codes (n,), ratios b / a and c / b (n, 2), rotations from body to wall axes
-    (n, 3, 3).
+    (n, 3, 3), and heights (n,).
     """
     axes, kind = np.empty((count, 6)), np.empty((count, 3))
-    draw_particles(population.kernel_arguments(), keys_of_run(seed, 0, 0, count), axes, kind)
+    keys = keys_of_run(seed, 0, 0, count)
+    draw_particles(population.kernel_arguments(), one_row(condition), keys, axes, kind)
     normal, axis = axes[:, :3], axes[:, 3:]
     rotations = np.stack([axis, normal, np.cross(axis, normal)], axis=1)
-    return kind[:, 0].astype(np.int64), kind[:, 1:].copy(), rotations
+    codes, ratios = kind[:, 0].astype(np.int64), kind[:, 1:].copy()
+    motion, heights = np.empty(MOTION_SIZE), np.empty(count)
+    for k in range(count):
+        storage = np.empty((MAX_VERTICES, 3)), np.zeros(1, dtype=np.int64), NO_MAP
+        body = shaped_body(codes[k], ratios[k, 0], ratios[k].prod(), TRUNCATION, *storage)
+        motion[3:9] = axes[k]
+        approach(condition, body, motion)
+        # without spin a fall from any height is the same
+        heights[k] = motion[HEIGHT] if any(condition.spin) else body.bounding_radius
+    return codes, ratios, rotations, heights
 
 
 def follow(population, condition, count, seed, changes=None):
@@ -42,5 +55,5 @@ def follow(population, condition, count, seed, changes=None):
     settings |= LAW._asdict() | {"truncation": TRUNCATION} | (changes or {})
     law = Law(*(settings.pop(name) for name in Law._fields))
     truncation = settings.pop("truncation")
-    particles = random_particles(population, count, seed)
+    particles = random_particles(population, fast_condition, count, seed)
     return fast, *rebounds(law, Setup(**settings), *particles, truncation)

@@ -52,8 +52,8 @@ class Law(NamedTuple):
 class Setup(NamedTuple):
     """Impact condition and numerical parameters.
 
-    Impact angle [rad], impact speed [m/s], spin before the impact in wall axes, smallest rebound
-    speed of a contact point over V, Runge-Kutta step [rad].
+    Impact angle [rad], impact speed [m/s], mean angular velocity over the tumbling before the impact
+    in wall axes, smallest rebound speed of a contact point over V, Runge-Kutta step [rad].
     """
 
     alpha1: float
@@ -362,17 +362,26 @@ def fly(particle, step, turn, height, v):
 
 
 @kernel
-def rebound(law, setup, particle, rotation):
+def spin_now(moments, mean):
+    """Angular velocity of the momentum L = k M, whose energy is k M^2 / 2, in body axes."""
+    square = dot(mean, mean)
+    if square == 0.0:
+        return mean
+    inertia = square / dot(mean, over(mean, moments))
+    return over(times((inertia, inertia, inertia), mean), moments)
+
+
+@kernel
+def rebound(law, setup, particle, rotation, height):
     """State and number of collisions of one particle: (velocity, spin, collisions), wall axes.
 
-    ``rotation`` (3, 3) takes body axes to wall axes, before the impact.
+    ``rotation`` (3, 3) takes body axes to wall axes, as the centre is at ``height``.
     """
     velocity = (math.cos(setup.alpha1), -math.sin(setup.alpha1), 0.0)
     x = (rotation[0, 0], rotation[0, 1], rotation[0, 2])
     y = (rotation[1, 0], rotation[1, 1], rotation[1, 2])
     z = (rotation[2, 0], rotation[2, 1], rotation[2, 2])
-    turn = Turn(to_body(Turn(x, x, y, z), setup.spin), x, y, z)
-    height = particle.reach
+    turn = Turn(spin_now(particle.moments, to_body(Turn(x, x, y, z), setup.spin)), x, y, z)
     collisions = 0
     while True:
         touches, turn = fly(particle, setup.step, turn, height, velocity[1])
@@ -385,18 +394,18 @@ def rebound(law, setup, particle, rotation):
 
 
 @kernel
-def rebounds(law, setup, shapes, ratios, rotations, truncation):
+def rebounds(law, setup, shapes, ratios, rotations, heights, truncation):
     """States (n, 6) and numbers of collisions (n,) of many particles.
 
     ``shapes`` (n,) are codes of `SHAPES`, ``ratios`` (n, 2) b / a and c / b, ``rotations``
-    (n, 3, 3) from body to wall axes; ``truncation`` is the fraction of each half-edge at which a
+    (n, 3, 3) from body to wall axes as the centres are at ``heights`` (n,); ``truncation`` is the fraction of each half-edge at which a
     truncated prism is cut.
     """
     states = np.empty((len(shapes), 6))
     collisions = np.empty(len(shapes), dtype=np.int64)
     for i in range(len(shapes)):
         particle = make_particle(shapes[i], ratios[i, 0], ratios[i, 1], truncation)
-        velocity, spin, collisions[i] = rebound(law, setup, particle, rotations[i])
+        velocity, spin, collisions[i] = rebound(law, setup, particle, rotations[i], heights[i])
         for axis in range(3):
             states[i, axis], states[i, 3 + axis] = velocity[axis], spin[axis]
     return states, collisions

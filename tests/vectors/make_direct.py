@@ -2,11 +2,11 @@
 
     python tests/vectors/make_direct.py
 
-writes direct.txt, with angular velocities of an instant, and direct-coulomb.txt, under Coulomb
+writes direct.txt, with angular velocities at departure, and direct-coulomb.txt, under Coulomb
 friction and with mean ones, beside itself, one particle a line, numbers as hexadecimal floating
 point:
 
-    ALPHA_DEG SPEED SPIN*3 INDEX COLLISIONS STATE*6
+    ALPHA_DEG SPEED SPIN*3 INERTIA INDEX COLLISIONS STATE*6 INERTIA_AFTER
 
 The model is compared with an independent one in tests/reference; run this again only when the model
 is meant to change.
@@ -21,38 +21,42 @@ from tablegen.simulation.simulate import simulate
 
 FOLDER = Path(__file__).parent
 
-#: Changes of the shipped pair's configuration, by file.
+_COULOMB = {"law": "coulomb", "static": 0.4, "dynamic": 0.3, "source": "an example"}
+
+#: Changes of the shipped pair's configuration, and which angular velocities, by file.
 PAIRS = {
-    "direct.txt": {"domain": {"omega": "departure"}},
-    "direct-coulomb.txt": {
-        "pair": {
-            "resistance": {"law": "coulomb", "static": 0.4, "dynamic": 0.3, "source": "an example"}
-        }
-    },
+    "direct.txt": ({}, "departure"),
+    "direct-coulomb.txt": ({"pair": {"resistance": _COULOMB}}, "mean"),
 }
 CONDITIONS = (
-    (0.5, 300.0, (0.0, 0.0, 0.0)),
-    (20.0, 50.0, (0.0, 0.0, 0.0)),
-    (46.96, 258.0, (0.0, 0.0, 0.0)),
-    (46.96, 258.0, (1.0, -2.0, 3.0)),
-    (90.0, 200.0, (0.0, 0.0, 0.0)),
-    (90.0, 200.0, (0.0, 0.5, 20.0)),
+    (0.5, 300.0, (0.0, 0.0, 0.0), 0.0),
+    (20.0, 50.0, (0.0, 0.0, 0.0), 0.0),
+    (46.96, 258.0, (0.0, 0.0, 0.0), 0.0),
+    (46.96, 258.0, (1.0, -2.0, 3.0), 0.0),
+    (46.96, 258.0, (1.0, -2.0, 3.0), 0.3),
+    (0.05, 100.0, (0.02, 0.3, -0.4), 2.0),
+    (90.0, 200.0, (0.0, 0.0, 0.0), 0.0),
+    (90.0, 200.0, (0.0, 0.5, 20.0), 0.0),
 )
 COUNT, SEED = 20, 7
 
 
-def simulated(name, alpha_deg, speed, spin):
-    config = load_config("corundum-steel").with_changes(PAIRS[name])
-    return simulate(config, np.radians(alpha_deg), speed, COUNT, seed=SEED, spin=spin)
+def simulated(name, alpha_deg, speed, spin, inertia):
+    changes, omega = PAIRS[name]
+    config, alpha1 = load_config("corundum-steel").with_changes(changes), np.radians(alpha_deg)
+    return simulate(
+        config, alpha1, speed, COUNT, seed=SEED, spin=spin, inertia=inertia, omega=omega
+    )
 
 
 def lines(name):
-    for alpha_deg, speed, spin in CONDITIONS:
-        made = simulated(name, alpha_deg, speed, spin)
-        given = " ".join(float(x).hex() for x in (alpha_deg, speed, *spin))
-        for index, (state, collisions) in enumerate(zip(made.state, made.collisions, strict=True)):
-            numbers = " ".join(float(x).hex() for x in state)
-            yield f"{given} {index} {collisions} {numbers}\n"
+    for alpha_deg, speed, spin, inertia in CONDITIONS:
+        made = simulated(name, alpha_deg, speed, spin, inertia)
+        given = " ".join(float(x).hex() for x in (alpha_deg, speed, *spin, inertia))
+        for index in range(COUNT):
+            after = *made.state[index], made.inertia[index]
+            numbers = " ".join(float(x).hex() for x in after)
+            yield f"{given} {index} {made.collisions[index]} {numbers}\n"
 
 
 if __name__ == "__main__":

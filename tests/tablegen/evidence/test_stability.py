@@ -132,7 +132,7 @@ def test_friction_of_any_strength_is_simulated_and_its_failures_are_named(monkey
     def spoiled(row, column, value):
         def simulate(*arguments):
             stuck = right(*arguments)
-            (arguments[-4] if column < 6 else arguments[-1])[row, column % 6] = value
+            (arguments[-5] if column < 6 else arguments[-2])[row, column % 6] = value
             return stuck
 
         return simulate

@@ -21,9 +21,9 @@ from tablegen.model.rebound import (
     LEFT,
     MOTION_SIZE,
     approach,
+    departing_spin,
     rebound,
     rotational_energy,
-    wall_spin,
     workspace,
 )
 from tablegen.model.rotation import ORDER, evaluate, expand, series_span
@@ -31,7 +31,7 @@ from tablegen.model.shapes import MAX_VERTICES, NO_MAP, SHAPE_CODES, shaped_body
 
 # called from Python here
 rotational_energy = kernel(rotational_energy)
-wall_spin = kernel(wall_spin)
+departing_spin = kernel(departing_spin)
 workspace = kernel(workspace)
 
 CONFIG = load_config("corundum-steel")
@@ -129,5 +129,6 @@ def run_rebound(condition, body, rotation, law=LAW):
     status, collisions, _ = rebound(law, condition, body, motion, workspace(), audit)
     assert status == LEFT
     energy = 0.5 * np.sum(motion[9:12] ** 2) + rotational_energy(body.moments, motion)
-    state = np.concatenate([motion[9:12], wall_spin(body.moments, condition.instant, motion)])
+    spin, _ = departing_spin(body.moments, condition.instant, motion)
+    state = np.concatenate([motion[9:12], spin])
     return Rebound(state, collisions, float(energy), audit)

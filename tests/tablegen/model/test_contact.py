@@ -26,7 +26,7 @@ class FreeFlight:
         """Height of the lowest point at (m,) times."""
         normal = self._rotation.rotation(times)[:, 1]
         if len(self._body.candidates) == 0:
-            sizes = np.array([1.0, self._body.b, self._body.c])
+            sizes = np.array(self._body.half)
             depth = np.linalg.norm(normal * sizes, axis=1)
         else:
             depth = -(normal @ self._body.candidates.T).min(axis=1)
@@ -81,11 +81,12 @@ def touches_like_dense_search(body, motion, duration):
     times = np.linspace(0.0, duration, int(DENSITY * (1.0 + duration * rate)))
     expected = flight.first_contact(times)
     before = motion.copy()
-    touches = next_contact(body, 1e-12, motion, np.empty((9, ORDER + 1)))
+    top = body.bounding_radius + CLEARANCE
+    touches = next_contact(body, top, 1e-12, motion, np.empty((9, ORDER + 1)))
     if not touches:
         assert expected is None
         assert motion[V] > 0.0
-        assert motion[HEIGHT] == body.bounding_radius + CLEARANCE
+        assert motion[HEIGHT] == top
         return False
     t = (motion[HEIGHT] - before[HEIGHT]) / before[V]
     assert expected is None or t <= expected + 1e-8

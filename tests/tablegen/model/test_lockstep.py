@@ -5,6 +5,7 @@ import pytest
 from crowds import CROWD
 from motion_fixtures import ALLOWED, PAIR
 
+from tablegen.model.impacts import one_row
 from tablegen.model.random_particles import ParticleKeys, draw_grain, draw_particles
 from tablegen.model.simd import WIDTH
 from tablegen.simulation.simulate import make_condition, simulate_condition
@@ -18,16 +19,17 @@ def same(pair, population, condition, count, seed=5):
     """Compare a run in lockstep with an audited one, which follows one particle at a time."""
     together = simulate_condition(pair, population, condition, count, seed=seed)
     alone = simulate_condition(pair, population, condition, count, seed=seed, audited=True)
-    for field in ("state", "collisions", "shape", "aspect", "energy", "work"):
+    for field in ("state", "collisions", "shape", "aspect", "energy", "work", "inertia"):
         np.testing.assert_array_equal(getattr(together, field), getattr(alone, field), field)
     assert np.all(alone.audit <= ALLOWED), alone.audit
     return together
 
 
-@pytest.mark.parametrize("spin", SPINS)
-@pytest.mark.parametrize("alpha_deg", [0.5, 20.0, 90.0])
-def test_a_crowd_of_all_shapes_and_meshes(alpha_deg, spin):
-    made = same(PAIR, CROWD, make_condition(np.radians(alpha_deg), 200.0, spin), 2000)
+@pytest.mark.parametrize(("spin", "inertia"), [(SPINS[0], 0.0), (SPINS[1], 0.0), (SPINS[1], 0.3)])
+@pytest.mark.parametrize("alpha_deg", [0.05, 0.5, 20.0, 90.0])
+def test_a_crowd_of_all_shapes_and_meshes(alpha_deg, spin, inertia):
+    condition = make_condition(np.radians(alpha_deg), 200.0, spin, inertia=inertia)
+    made = same(PAIR, CROWD, condition, 2000)
     assert len(np.unique(made.shape)) == 6
 
 
@@ -42,10 +44,12 @@ def test_draws_in_lanes_are_those_of_one_particle():
     hit, grain = np.arange(1001, dtype=np.uint32) % 3, np.ones(1, dtype=np.uint32)
     keys = ParticleKeys(np.uint64(2**63 + 5), index, hit, grain)
     axes, kind = np.empty((1001, 6)), np.empty((1001, 3))
-    draw_particles(population_args, keys, axes, kind)
+    conditions = np.repeat(one_row(make_condition(0.5, 200.0, SPINS[1], inertia=0.3)), 1001, axis=0)
+    conditions[::2, 3:6] = 0.0
+    draw_particles(population_args, conditions, keys, axes, kind)
     for i in range(len(axes)):
         alone, one = np.empty((1, 6)), keys._replace(particle=index[i : i + 1], hit=hit[i : i + 1])
-        draw_particles(population_args, one, alone, np.empty((1, 3)))
+        draw_particles(population_args, conditions[i : i + 1], one, alone, np.empty((1, 3)))
         np.testing.assert_array_equal(alone[0], axes[i])
         drawn = draw_grain(population_args, keys.seed, index[i], grain[0])
         np.testing.assert_array_equal(drawn, kind[i])

@@ -14,8 +14,8 @@ from make_direct import CONDITIONS, COUNT, FOLDER, PAIRS, lines
 
 
 def words_of(line):
-    *given, index, collisions = line.split()[:7]
-    return given, int(index), int(collisions), line.split()[7:]
+    *given, index, collisions = line.split()[:8]
+    return given, int(index), int(collisions), line.split()[8:]
 
 
 @pytest.mark.processor

@@ -30,6 +30,7 @@ from tablegen.model.audit import (
 )
 from tablegen.model.contact import contact_point
 from tablegen.model.jit import kernel
+from tablegen.model.reach import MARGIN
 from tablegen.model.rebound import HEIGHT, U, V, approach, collide, rebound, workspace
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import support_depth
@@ -171,7 +172,7 @@ def test_flat_on_prism_leaves_straight_up(name, face, speed):
     np.testing.assert_allclose(made.state, [0.0, a_nc, 0.0, 0.0, 0.0, 0.0], atol=1e-14)
 
 
-def test_a_particle_without_spin_starts_at_its_contact_and_another_at_its_bounding_radius():
+def test_a_particle_without_spin_starts_at_its_contact_and_another_within_its_bounding_radius():
     body = body_of("prism", 0.7, 0.5)
     motion = motion_of(random_rotations(np.random.default_rng(48), 1)[0])
     rotation = rotation_of(motion)
@@ -179,10 +180,9 @@ def test_a_particle_without_spin_starts_at_its_contact_and_another_at_its_boundi
     assert motion[HEIGHT] == support_depth(body, *motion[3:6])
     np.testing.assert_array_equal(motion[0:3], 0.0)
     np.testing.assert_allclose(motion[9:12], [np.cos(0.3), -np.sin(0.3), 0.0], rtol=1e-15)
-    approach(make_condition(0.3, 200.0, (1.0, 2.0, 3.0), omega="departure"), body, motion)
-    assert motion[HEIGHT] == body.bounding_radius
+    approach(make_condition(0.3, 200.0, (1.0, 2.0, 3.0)), body, motion)
+    assert support_depth(body, *motion[3:6]) < motion[HEIGHT] <= body.bounding_radius + MARGIN
     np.testing.assert_array_equal(rotation_of(motion), rotation)
-    np.testing.assert_allclose(rotation @ motion[0:3], [1.0, 2.0, 3.0], rtol=1e-14)
 
 
 def test_the_mean_spin_before_a_rebound_is_2t_over_l2_times_l():

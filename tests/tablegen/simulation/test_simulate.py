@@ -31,7 +31,7 @@ def run(count, seed=7, population=POPULATION, condition=CONDITION, **options):
 
 def assert_same(one, other, count=None):
     """Both simulations agree to the last bit, in their first ``count`` particles."""
-    for field in ("state", "collisions", "shape", "aspect", "energy", "work"):
+    for field in ("state", "collisions", "shape", "aspect", "energy", "work", "inertia"):
         a, b = getattr(one, field), getattr(other, field)
         np.testing.assert_array_equal(a[:count], b[:count], err_msg=field)
 
@@ -132,6 +132,7 @@ OF_CONDITIONS = {
     "spin": ((0.0, 1.0), None, (0.0, 1000.1, 0.0), ["1", 0.0, 0.0]),
     "contact_resolution": (0.11,),
     "tolerance": (1e-15,),
+    "inertia": (-0.1, 2.1, np.nan, None),
 }
 OF_RUNS = {"count": (0, 1.5), "seed": (-1, 2**64), "stream": (2**32,), "threads": (0,)}
 
@@ -182,8 +183,8 @@ class TestNotFinite:
     def spoil(self, monkeypatch):
         """A NaN in the state of particle 3 and infinite energy of particle 5."""
 
-        def spoiled(law, population, conditions, keys, axes, state, collisions, kind, energy):
-            arrays = (axes, state, collisions, kind, energy)
+        def spoiled(law, population, conditions, keys, state, collisions, kind, energy, inertia):
+            arrays = (state, collisions, kind, energy, inertia)
             stuck = simulate_batch(law, population, conditions, keys, *arrays)
             if keys.particle[0] == 0:
                 state[3, 4], energy[5, 1] = np.nan, np.inf
