@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from command_line import DONE, SIMULATE, config_file, flags
+from command_line import DONE, SIMULATE, flags
 from mesh_fixtures import POPULATION, grain, rebounds, surface, two_cubes
 
 from sampler.formats.channels import STATE
@@ -28,8 +28,8 @@ def simulated(run, tmp_path):
 
 def test_fields(simulated):
     result = simulated()
-    fields = ["state", "collisions", "shape", "mesh", "aspect", "energy", "work", "columns"]
-    assert result.files == fields
+    fields = ["state", "collisions", "shape", "mesh", "aspect", "energy", "work", "inertia"]
+    assert result.files == [*fields, "columns"]
     assert tuple(result.columns) == STATE
     for name, shape, kind in (
         ("state", (300, 6), "f8"),
@@ -38,6 +38,7 @@ def test_fields(simulated):
         ("aspect", (300, 2), "f8"),
         ("energy", (300, 2), "f8"),
         ("work", (300, 2), "f8"),
+        ("inertia", (300,), "f8"),
     ):
         values = getattr(result, name)
         assert (values.shape, values.dtype) == (shape, np.dtype(kind))
@@ -49,23 +50,24 @@ def test_fields(simulated):
     )
 
 
-@pytest.mark.parametrize("spin", [(0.0, 0.0, 0.0), (0.5, -0.25, 1.0)])
-def test_is_the_simulation(simulated, spin):
+@pytest.mark.parametrize(
+    ("spin", "inertia"),
+    [((0.0, 0.0, 0.0), 0.0), ((0.5, -0.25, 1.0), 0.0), ((0.5, -0.25, 1.0), 0.3)],
+)
+def test_is_the_simulation(simulated, spin, inertia):
     config = load_config("corundum-steel")
-    condition = make_condition(np.radians(45.0), 200.0, spin)
+    condition = make_condition(np.radians(45.0), 200.0, spin, inertia=inertia)
     expected = simulate_condition(config.pair, config.population, condition, 300, seed=1)
-    result = simulated(spin=spin)
-    for name in ("state", "collisions", "shape", "aspect", "energy", "work"):
+    result = simulated(spin=spin, inertia=inertia)
+    for name in ("state", "collisions", "shape", "aspect", "energy", "work", "inertia"):
         np.testing.assert_array_equal(getattr(result, name), getattr(expected, name))
 
 
-def test_angular_velocities_are_those_of_the_pair_or_as_asked(simulated, tmp_path):
-    departing = config_file(tmp_path, domain={"omega": "departure"})
+def test_angular_velocities_are_means_or_those_of_the_departure(simulated):
     mean, departure = simulated().state, simulated(omega="departure").state
     assert (np.abs(mean - departure).max(axis=0) > [-1, -1, -1, 0.1, 0.1, 0.1]).all()
     np.testing.assert_array_equal(mean[:, :3], departure[:, :3])
-    np.testing.assert_array_equal(simulated(pair=departing).state, departure)
-    np.testing.assert_array_equal(simulated(pair=departing, omega="mean").state, mean)
+    np.testing.assert_array_equal(simulated(omega="mean").state, mean)
 
 
 def test_speed_outside_the_law_is_simulated_with_a_note(simulated):

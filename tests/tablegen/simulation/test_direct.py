@@ -16,6 +16,8 @@ from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
+#: Prisms that can all turn with an inertia of 0.4.
+SOLID = CONFIG.population.restricted_to("prism").with_aspect(0.9, 0.6)
 MODEL, CROWDED = DirectModel(CONFIG), DirectModel(CONFIG, CROWD)
 SPIN = (0.3, 0.0, -0.8)
 IMPACT = {"alpha1": 0.6, "speed": 120.0, "spin": SPIN}
@@ -37,21 +39,27 @@ def lab_impacts(n, seed=1):
     return velocity, normal, rng.normal(0.0, 5e6, (n, 3))
 
 
-def quaternions(rotations):
-    return rotations.as_quat(scalar_first=True)
-
-
 class TestAgainstSimulate:
     """One condition: what `tablegen.simulate` gives, to the last bit."""
 
     @pytest.mark.parametrize(
-        ("alpha_deg", "spin"), [(0.2, (0.0, 0.0, 0.0)), (20.0, SPIN), (90.0, (0.0, 3.0, 0.0))]
+        ("alpha_deg", "spin", "inertia"),
+        [
+            (0.2, (0.0, 0.0, 0.0), None),
+            (20.0, SPIN, None),
+            (20.0, SPIN, 0.4),
+            (90.0, (0.0, 3.0, 0.0), 0.4),
+        ],
     )
-    def test_own_grains_at_the_first_hit(self, alpha_deg, spin):
+    def test_own_grains_at_the_first_hit(self, alpha_deg, spin, inertia):
         alpha, index = np.radians(alpha_deg), np.arange(300)
-        made = tablegen.simulate(CONFIG, alpha, 170.0, 300, seed=7, spin=spin)
-        found = MODEL.sample(alpha, 170.0, spin=spin, seed=7, index=index, hit=0)
+        given = {"spin": spin, "inertia": inertia or 0.0, "population": SOLID}
+        made = tablegen.simulate(CONFIG, alpha, 170.0, 300, seed=7, **given)
+        model, after = DirectModel(CONFIG, SOLID), np.empty(300)
+        keys = {"seed": 7, "index": index, "hit": 0, "inertia_after": after}
+        found = model.sample(alpha, 170.0, spin=spin, inertia=inertia, **keys)
         np.testing.assert_array_equal(found, made.state)
+        np.testing.assert_array_equal(after, made.inertia)
 
     def test_fresh_and_given_grains_at_a_later_hit(self):
         condition = make_condition(0.5, 170.0, SPIN)
@@ -85,14 +93,16 @@ class TestKeys:
     def test_lab_frame_in_any_order(self):
         velocity, normal, omega = lab_impacts(400)
         keys = {"seed": 1, "index": np.arange(400), "hit": 2}
-        turned = np.random.default_rng(3).normal(size=(400, 4))
+        first = CROWDED.rebound(velocity, normal, 1e-5, omega=omega, **keys)
+        inertia = first.inertia
         whole = CROWDED.rebound(
-            velocity, normal, 1e-5, omega=omega, orientation=turned, threads=2, **keys
+            velocity, normal, 1e-5, omega=omega, inertia=inertia, threads=2, **keys
         )
+        assert (whole.velocity != first.velocity).any(axis=1).mean() > 0.8
         for k in (0, 17, 399):
-            own = {"omega": omega[k], "orientation": turned[k], "index": k}
+            own = {"omega": omega[k], "inertia": inertia[k], "index": k}
             one = CROWDED.rebound(velocity[k], normal[k], 1e-5, seed=1, hit=2, **own)
-            assert [part.shape for part in one] == [(3,), (3,), (4,)]
+            assert [part.shape for part in one] == [(3,), (3,), ()]
             for part, of_all in zip(one, whole, strict=True):
                 np.testing.assert_array_equal(part, of_all[k])
 
@@ -143,27 +153,53 @@ class TestLabFrame:
     def test_turns_and_moves_with_the_wall(self):
         velocity, normal, omega = lab_impacts(500)
         turn, moves = Rotation.random(random_state=3), np.array([30.0, -200.0, 7.0])
-        poses = Rotation.random(500, random_state=4)
-        v, after, left = MODEL.rebound(
-            velocity, normal, 1e-5, omega=omega, orientation=quaternions(poses), **KEYS
-        )
-        turned, spun, posed = MODEL.rebound(
+        inertia = MODEL.rebound(velocity, normal, 1e-5, omega=omega, **KEYS).inertia
+        v, after, left = MODEL.rebound(velocity, normal, 1e-5, omega=omega, inertia=inertia, **KEYS)
+        turned, spun, kept = MODEL.rebound(
             turn.apply(velocity) + moves,
             3.0 * turn.apply(normal),
             2e-5,
             omega=turn.apply(omega) / 2.0,
-            orientation=-3.0 * quaternions(turn * poses),
+            inertia=inertia,
             wall_velocity=moves,
             **KEYS,
         )
         assert np.abs(turned - moves - turn.apply(v)).max() < 1e-5
         assert np.abs(2.0 * spun - turn.apply(after)).max() < 1.0
-        off = turn * Rotation.from_quat(left, scalar_first=True)
-        off *= Rotation.from_quat(posed, scalar_first=True).inv()
-        assert off.magnitude().max() < 1e-5
-        assert (posed[:, 0] >= 0.0).all()
-        np.testing.assert_allclose(np.linalg.norm(posed, axis=1), 1.0, rtol=1e-14)
+        assert np.abs(kept - left).max() < 1e-6
         assert (np.einsum("nk,nk->n", v, normal) > 0.0).all()
+
+
+class TestInertia:
+    """What is known of the inertia about a spin, and what is given back."""
+
+    def test_that_is_not_known_is_that_of_a_uniform_orientation(self):
+        none = MODEL.sample(**IMPACT, **KEYS)
+        np.testing.assert_array_equal(MODEL.sample(**IMPACT, inertia=0.0, **KEYS), none)
+
+    def test_of_what_does_not_spin_does_not_matter(self):
+        still = IMPACT | {"spin": np.zeros(3)}
+        for inertia in (0.0, 0.2, 9.0):
+            found = MODEL.sample(**still, inertia=inertia, **KEYS)
+            np.testing.assert_array_equal(found, MODEL.sample(0.6, 120.0, **KEYS))
+
+    def test_of_a_single_moment_and_of_fresh_grains(self):
+        after, spheres = np.empty(500), {"grain": (4.0, 1.0, 1.0), "inertia": 0.4}
+        MODEL.sample(**IMPACT, **spheres, inertia_after=after, **KEYS)
+        np.testing.assert_array_equal(after, 0.4)
+        MODEL.sample(0.6, 120.0, grain="fresh", inertia_after=after, **KEYS)
+        np.testing.assert_array_equal(after, 0.0)
+        head_on = MODEL.sample(np.pi / 2, 9.0, grain=(4.0, 1.0, 1.0), inertia_after=after, **KEYS)
+        np.testing.assert_array_equal(after, np.where(head_on[:, 3:].any(axis=1), 0.4, 0.0))
+
+    def test_is_given_back_at_the_next_wall_to_single_precision(self):
+        velocity, normal, _ = lab_impacts(500)
+        keys = {"seed": 4, "index": np.arange(500)}
+        first = CROWDED.rebound(velocity, normal, 1e-5, hit=0, **keys)
+        for inertia in (first.inertia, first.inertia.astype("f4")):
+            CROWDED.rebound(
+                velocity, normal, 1e-5, omega=first.omega, inertia=inertia, hit=1, **keys
+            )
 
 
 WALL = {"alpha1": 0.5, "speed": 100.0, "seed": 1, "index": [4, 5], "hit": 0}
@@ -173,8 +209,9 @@ LAB |= {"seed": 1, "index": [4, 5], "hit": 0}
 REFUSED = [
     *((WALL, "alpha1", {"alpha1": x}) for x in ([0.5, 1.6], np.nan)),
     (WALL, "speed", {"speed": [1.0, 0.0]}),
-    (WALL, "orientation", {"orientation": [1.0, 0.0, 0.0]}),
-    (LAB, "orientation", {"orientation": np.eye(2, 4, -1)}),
+    *((WALL, "inertia", {"spin": SPIN, "inertia": [0.3, x]}) for x in (-1.0, np.nan, 0.8, 1e-3)),
+    (WALL, "inertia", {"inertia": -1e-9}),
+    (LAB, "inertia", {"omega": [0.0, 1e5, 0.0], "inertia": [0.3, np.inf]}),
     (WALL, "spin", {"spin": [1.0, 2.0]}),
     (WALL | {"alpha1": 1e-3}, "spin", {"spin": [[0.0, 0.0, 1.0], [0.0, 0.0, 501.0]]}),
     (WALL | {"speed": 9.0}, "alpha1", {"spin": [1001.0, 0.0, 0.0]}),
@@ -207,26 +244,22 @@ def test_first_bad_row_is_named_whatever_the_batches():
     "resistance", [{}, {"law": "coulomb", "static": 0.4, "dynamic": 0.3, "source": "x"}]
 )
 def test_works_balance_the_energy_of_spinning_particles(resistance):
-    """Energies by the body's own moments, with k = <x^2> / a^2 of an ellipsoid and of a prism."""
-    changes = {"spin": False, "domain": {"omega": "departure"}, "model": {"tolerance": 1e-13}}
     pair = {"pair": {"resistance": resistance}} if resistance else {}
-    model, n = DirectModel(CONFIG.with_changes(changes | pair)), 400
+    model, n = DirectModel(CONFIG.with_changes({"model": {"tolerance": 1e-13}} | pair)), 400
     rng, works = np.random.default_rng(8), np.empty((400, 2))
     code, b, cb = rng.integers(0, 2, n), *rng.uniform(0.5, 1.0, (2, n))
     c2, k = (b * cb) ** 2, np.where(code == 0, 0.2, 1.0 / 3.0)
-    moments = k[:, None] * np.column_stack([b**2 + c2, 1.0 + c2, 1.0 + b**2])
+    ends = k * np.array([b**2 + c2, 1.0 + b**2])
     velocity = 100.0 * np.column_stack([rng.uniform(-1, 1, n), rng.uniform(-1, -0.1, n), 0.0 * b])
-    omega, q = rng.normal(0.0, 800.0, (n, 3)), rng.normal(size=(n, 4))
-    q /= np.linalg.norm(q, axis=1)[:, None]
-    given = {"omega": omega, "orientation": q, "grain": np.column_stack([code, b, cb])}
+    omega, inertia = rng.normal(0.0, 800.0, (n, 3)), rng.uniform(*ends)
+    given = {"omega": omega, "inertia": inertia, "grain": np.column_stack([code, b, cb])}
     given |= {"seed": 1, "index": np.arange(n), "hit": 0}
     after = model.rebound(velocity, [0.0, 1.0, 0.0], 0.1, works=works, **given)
 
-    def energy(velocity, omega, q):
-        own = Rotation.from_quat(q, scalar_first=True).inv().apply(omega)
-        return (velocity**2).sum(axis=1) + 0.01 * (moments * own**2).sum(axis=1)
+    def energy(velocity, omega, inertia):
+        return (velocity**2).sum(axis=1) + 0.01 * inertia * (omega**2).sum(axis=1)
 
-    before = energy(velocity, omega, q)
+    before = energy(velocity, omega, inertia)
     lost = 0.5 * (before - energy(*after))  # J/kg
     np.testing.assert_allclose(works.sum(axis=1), lost, rtol=0, atol=1e-12 * before.max())
     assert (works >= 0.0).all()

@@ -219,7 +219,7 @@ class TestInterruption:
         seen = []
 
         def simulate(*arguments):
-            for array in arguments[-4:]:
+            for array in arguments[-5:]:
                 array[:] = 0
             seen.append(len(arguments[-1]))
             time.sleep(seconds * seen[-1])
