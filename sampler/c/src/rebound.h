@@ -21,6 +21,12 @@ RBTI_INLINE RBT_DEVICE int rbti_spins(const rbt_table *table, const rbt_impacts 
            (of->rough && table->spin.n_shapes > 0);
 }
 
+/* Whether works are wanted of a table without. */
+RBTI_INLINE RBT_DEVICE int rbti_lacks_works(const rbt_table *table, int wanted)
+{
+    return wanted && !(rbti_has(table, RBT_WORK_NORMAL) && rbti_has(table, RBT_WORK_SHEAR));
+}
+
 /* Impact of row k: RBT_OK or an error. */
 RBTI_INLINE RBT_DEVICE int rbti_begin_row(const rbt_impacts *impacts, size_t k, uint64_t seed,
                                           rbti_hit *of)
@@ -176,8 +182,7 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, size_t n, const rbt_i
     if (!table || !of || !rebounds || !of->velocity || !of->normal || !of->half_size ||
         !of->index || !of->hit)
         return RBT_ERR_MISSING;
-    if (rebounds->works &&
-        !(rbti_has(table, RBT_WORK_NORMAL) && rbti_has(table, RBT_WORK_SHEAR)))
+    if (rbti_lacks_works(table, rebounds->works != NULL))
         return RBT_ERR_NO_WORKS;
     rbti_tally tally = {RBT_OK, RBT_OK};
     rebounds->bad = 0;
