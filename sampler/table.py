@@ -352,7 +352,7 @@ class Table(LawAtConditions, Counting):
         if works is not None:
             works[...] = results["works"].reshape(works.shape)
         self._count(call, report, 3)
-        shaped = {name: results[name].reshape(*call.shape, *tail) for name, tail in tails.items()}
+        shaped = {name: results[name].reshape((*call.shape, *tail)) for name, tail in tails.items()}
         return Rebound(**shaped)
 
     def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
