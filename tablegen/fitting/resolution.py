@@ -66,9 +66,9 @@ class SpinSizes(NamedTuple):
 
 #: Sizes by preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
-    "compact": SpinSizes(80, 64, 8, 8, 180_000, 65),
-    "standard": SpinSizes(176, 128, 8, 16, 300_000, 97),
-    "fine": SpinSizes(384, 160, 8, 16, 480_000, 129),
+    "compact": SpinSizes(80, 64, 8, 8, 60_000, 65),
+    "standard": SpinSizes(176, 128, 8, 16, 100_000, 97),
+    "fine": SpinSizes(384, 160, 8, 16, 160_000, 129),
 }
 
 
