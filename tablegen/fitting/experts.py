@@ -33,7 +33,7 @@ from tablegen.model.float_array import FloatArray
 _BLOCK = 512
 
 #: Smaller shares of an expert in a rebound, and smaller curvatures, are left out of sums.
-_LEAST_SHARE, _LEAST_CURVATURE = 1e-3, 1e-4
+_LEAST_SHARE, _LEAST_CURVATURE = np.float32(1e-3), np.float32(1e-4)
 
 #: Part of the rebounds in the first iterations, and part of those in second derivatives.
 _FIRST_PART, _CURVATURE_PART = 0.25, 0.25
@@ -89,7 +89,7 @@ class Sums:
 
 
 class _Block(NamedTuple):
-    """Rebounds of a block: shares, probabilities and gradients, (n, g) or (n, k)."""
+    """Rebounds of a block: shares, probabilities and gradients, (g, n) or (k, n)."""
 
     vectors: Single
     features: Single
@@ -172,12 +172,12 @@ def _start(
     features = width - outcomes
     centres = _clusters(points[:_CLUSTER_ROWS], count, rng)
     centres = centres[_in_groups(centres, groups)]
-    products = np.zeros((count, width * (width + 1) // 2))
-    for rows in _slices(vectors):
+    products = np.zeros((count, width, width))
+    for rows in _slices(vectors, 8 * _BLOCK):
         labels = _nearest(points[rows], centres)
-        share = (labels[:, None] == np.arange(count)).astype(np.float32)
-        add_products(share, vectors[rows], 0.5, products)
-    mass = products[:, 0]
+        share = (labels == np.arange(count)[:, None]).astype(np.float32)
+        add_products(share, vectors[rows], np.float32(0.5), products)
+    mass = products[:, 0, 0]
     group_gate, gate = np.zeros((groups, features)), np.zeros((count, features))
     by_group = mass.reshape(groups, experts).sum(axis=1)
     group_gate[:, 0] = np.log((by_group + 1.0) / (len(vectors) + groups))
@@ -199,20 +199,21 @@ def _blocks(fitted: Experts, vectors: Single) -> Iterator[_Block]:
     # matrix from vectors to whitened outcomes, and constants of the log-densities
     inverse = np.linalg.inv(fitted.factor)
     both = np.concatenate([-inverse @ fitted.mean, inverse], axis=2)
-    matrix = both.transpose(2, 1, 0).reshape(both.shape[2], -1)
+    matrix = both.transpose(1, 0, 2).reshape(-1, both.shape[2])
     white = np.ascontiguousarray(matrix, dtype=np.float32)
     diagonal = np.einsum("kii->ki", fitted.factor)
     constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * fitted.outcomes * math.log(2.0 * math.pi)
     constant = constant.astype(np.float32)
-    gates = fitted.group_gate.T.astype(np.float32), fitted.gate.T.astype(np.float32)
+    gates = fitted.group_gate.astype(np.float32), fitted.gate.astype(np.float32)
+    groups = len(fitted.group_gate)
     for rows in _slices(vectors):
         block = vectors[rows]
         phi = np.ascontiguousarray(block[:, : -fitted.outcomes])
-        group, expert = phi @ gates[0], phi @ gates[1]
-        softmax(group)
-        softmax(expert.reshape(len(phi) * len(fitted.group_gate), -1))
+        group, expert = gates[0] @ phi.T, gates[1] @ phi.T
+        softmax(group[None])
+        softmax(expert.reshape(groups, -1, len(phi)))
         share, by_group, by_expert = (np.empty_like(x) for x in (expert, group, expert))
-        add_densities(block @ white, constant, share)
+        add_densities(white @ block.T, constant, share)
         likelihood = find_shares(share, group, expert, by_group, by_expert)
         yield _Block(block, phi, share, group, expert, by_group, by_expert, likelihood)
 
@@ -221,14 +222,14 @@ def expectation(fitted: Experts, vectors: Single) -> Sums:
     """Take the expectation step over vectors (n, f + o) of features and scores."""
     width = vectors.shape[1]
     sums = Sums(
-        np.zeros((len(fitted.gate), width * (width + 1) // 2)),
+        np.zeros((len(fitted.gate), width, width)),
         np.zeros_like(fitted.group_gate),
         np.zeros_like(fitted.gate),
     )
     for block in _blocks(fitted, vectors):
         add_products(block.share, block.vectors, _LEAST_SHARE, sums.products)
-        sums.by_group += block.by_group.T @ block.features
-        sums.by_expert += block.by_expert.T @ block.features
+        sums.by_group += block.by_group @ block.features
+        sums.by_expert += block.by_expert @ block.features
         sums.likelihood += block.likelihood
     return sums
 
@@ -236,32 +237,27 @@ def expectation(fitted: Experts, vectors: Single) -> Sums:
 def _curvatures(fitted: Experts, vectors: Single, scale: float) -> Weight:
     """Sum the second derivatives of both gates, times ``scale``; the weight of means stays."""
     features = fitted.gate.shape[1]
-    pairs = features * (features + 1) // 2
-    of_groups = np.zeros((len(fitted.group_gate), pairs))
-    of_experts = np.zeros((len(fitted.gate), pairs))
+    of_groups = np.zeros((len(fitted.group_gate), features, features))
+    of_experts = np.zeros((len(fitted.gate), features, features))
     for block in _blocks(fitted, vectors):
         find_curvatures(block.share, block.group, block.expert, block.by_group, block.by_expert)
         add_products(block.by_group, block.features, _LEAST_CURVATURE, of_groups)
         add_products(block.by_expert, block.features, _LEAST_CURVATURE, of_experts)
-    group, gate = (_square(part * scale, features) for part in (of_groups, of_experts))
+    group, gate = (_symmetric(part * scale) for part in (of_groups, of_experts))
     return Weight(group, gate, fitted.weight.mean)
 
 
-def _square(packed: FloatArray, size: int) -> FloatArray:
-    """Symmetric matrices from their upper triangles, packed by rows."""
-    i, j = np.triu_indices(size)
-    whole = np.empty((len(packed), size, size))
-    whole[:, i, j] = packed
-    whole[:, j, i] = packed
-    return whole
+def _symmetric(upper: FloatArray) -> FloatArray:
+    """Symmetric matrices from their upper triangles; nothing is below those."""
+    return upper + np.triu(upper, 1).transpose(0, 2, 1)
 
 
 def _regress(fitted: Experts, products: FloatArray) -> None:
     """Set regressions and covariances that maximise the expected likelihood."""
     features = fitted.gate.shape[1]
     outcomes = fitted.outcomes
-    moments = _square(products, features + outcomes)
-    mass = np.maximum(products[:, 0], 1e-9)
+    moments = _symmetric(products)
+    mass = np.maximum(products[:, 0, 0], 1e-9)
     inputs, cross = moments[:, :features, :features], moments[:, features:, :features]
     pull = np.eye(features)
     pull[0, 0] = 0.0
