@@ -13,7 +13,7 @@ again every few iterations.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -41,13 +41,16 @@ _FIRST_PART, _CURVATURE_PART = 0.25, 0.25
 #: Iterations on part of the rebounds, on all of them, and between second derivatives.
 _FIRST, _LAST, _CURVATURES_EVERY = 10, 3, 3
 
+#: Last iterations in which gates stay, so that no step can lose likelihood unseen.
+_SETTLED = 1
+
 #: Regularisation. The diagonal of the normal equations grows by _PULL for each rebound and by
 #: _PULL_ROWS in all. Each covariance gets _PRIOR_ROWS rebounds of variance _PRIOR_VARIANCE, and
 #: each variance gets _RIDGE.
-_PULL, _PULL_ROWS = 1e-3, 3.0
+_PULL, _PULL_ROWS = 1e-4, 0.3
 _PRIOR_ROWS, _PRIOR_VARIANCE, _RIDGE = 0.5, 0.05, 1e-4
 
-#: Damping of a Newton step, its largest component, and the pull of logits to zero.
+#: Damping of a Newton step until one loses likelihood, its largest component, and the pull of logits to zero.
 _STEP, _LONGEST, _LOGIT_PULL = 0.7, 2.0, 1e-2
 
 #: Rows and iterations of the clusters with which a fit begins.
@@ -118,16 +121,22 @@ def fit_experts(
     points = np.ascontiguousarray(np.hstack([inputs, scores]), dtype=np.float32)
     fitted = _start(vectors, points, (groups, experts, scores.shape[1]), rng)
     part = vectors[: max(math.ceil(_FIRST_PART * len(phi)), min(len(phi), 1000))]
-    likelihood = 0.0
+    likelihood, damping = -math.inf, _STEP
     for number in range(_FIRST + _LAST):
         rows = part if number < _FIRST else vectors
         sums = expectation(fitted, rows)
+        if sums.likelihood < likelihood * len(rows) and number != _FIRST:
+            # the step of the gates was too long: go back, and take half of it
+            damping *= 0.5
+            fitted, sums = replace(best[0]), best[1]
+        else:
+            likelihood, best = sums.likelihood / len(rows), (replace(fitted), sums)
         if number % _CURVATURES_EVERY == 0 or number == _FIRST:
             few = rows[: math.ceil(_CURVATURE_PART * len(rows))]
             fitted.weight = _curvatures(fitted, few, len(rows) / len(few))
         _regress(fitted, sums.products)
-        _move_gates(fitted, sums, len(rows))
-        likelihood = sums.likelihood / len(rows)
+        if number < _FIRST + _LAST - _SETTLED:
+            _move_gates(fitted, sums, len(rows), damping)
     return fitted, likelihood
 
 
@@ -273,22 +282,22 @@ def _regress(fitted: Experts, products: FloatArray) -> None:
     fitted.factor = np.asarray(np.linalg.cholesky(symmetric), dtype=np.float64)
 
 
-def _move_gates(fitted: Experts, sums: Sums, rows: int) -> None:
+def _move_gates(fitted: Experts, sums: Sums, rows: int, damping: float) -> None:
     """Take a step of both gates; the logits of each softmax keep a mean of zero."""
     groups, count = len(fitted.group_gate), len(fitted.gate)
-    top = _stepped(fitted.group_gate, sums.by_group, fitted.weight.group, rows)
+    top = _stepped(fitted.group_gate, sums.by_group, fitted.weight.group, rows, damping)
     fitted.group_gate = np.subtract(top, top.mean(axis=0))
-    moved = _stepped(fitted.gate, sums.by_expert, fitted.weight.gate, rows)
+    moved = _stepped(fitted.gate, sums.by_expert, fitted.weight.gate, rows, damping)
     parts = moved.reshape(groups, count // groups, -1)
     fitted.gate = np.subtract(parts, parts.mean(axis=1, keepdims=True)).reshape(count, -1)
 
 
 def _stepped(
-    gate: FloatArray, gradient: FloatArray, curvature: FloatArray, rows: int
+    gate: FloatArray, gradient: FloatArray, curvature: FloatArray, rows: int, damping: float
 ) -> FloatArray:
     """Gate after a damped Newton step."""
     floor = max(1e-4 * rows / len(gate), 1.0)
     matrix = curvature + floor * np.eye(gate.shape[1])
     pulled = gradient - _LOGIT_PULL * gate
     step = np.linalg.solve(matrix, pulled[:, :, None])[:, :, 0]
-    return gate + _STEP * np.clip(step, -_LONGEST, _LONGEST)
+    return gate + damping * np.clip(step, -_LONGEST, _LONGEST)
