@@ -134,7 +134,10 @@ class CheckpointStore:
     def save(self, key: str, arrays: Mapping[str, Any]) -> None:
         """Write a checkpoint; raises `InputError` if that fails."""
         buffer = io.BytesIO()
-        np.savez(buffer, **arrays)
+        with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file:
+            for name, array in arrays.items():
+                with file.open(f"{name}.npy", "w", force_zip64=True) as member:
+                    np.lib.format.write_array(member, np.asarray(array), allow_pickle=False)
         write_bytes(self.path(key), buffer.getvalue())
 
     def remove(self) -> None:

@@ -33,7 +33,7 @@ from tablegen.simulation.impact_chains import (
 #: First impacts of the chains [degrees], hits, and particles a side.
 FIRST_DEG = (10.0, 30.0, 50.0, 75.0)
 HITS = 6
-SAMPLES = 100_000
+SAMPLES = 50_000
 
 #: First speed over the fastest of those at which the law was measured.
 _FIRST_SPEED = 0.8
@@ -93,13 +93,16 @@ def compare_chain(
         states = draw(drawn)
         by_table = Departures(drawn, states, np.zeros((samples, 4)), np.zeros((samples, 2)))
         place = f"hit {hit}, {walls} wall, {alpha_deg:g} degrees first"
-        hits.append(after_hit(place, by_table, simulated))
+        if hit > 1:
+            hits.append(after_hit(place, by_table, simulated))
+        if hit == HITS:
+            break
         numbers = uniform_numbers(seed, index, hit)
         drawn, direct = (
             _grazing(next_impacts(of, departures, kinds, numbers))
             for of, departures in ((None, by_table), (model, simulated))
         )
-    return hits[1:]
+    return hits
 
 
 def _grazing(impacts: Impacts) -> Impacts:

@@ -13,7 +13,7 @@ again every few iterations.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -33,7 +33,7 @@ from tablegen.model.float_array import FloatArray
 _BLOCK = 512
 
 #: Smaller shares of an expert in a rebound, and smaller curvatures, are left out of sums.
-_LEAST_SHARE, _LEAST_CURVATURE = 1e-3, 1e-4
+_LEAST_SHARE, _LEAST_CURVATURE = np.float32(1e-3), np.float32(1e-4)
 
 #: Part of the rebounds in the first iterations, and part of those in second derivatives.
 _FIRST_PART, _CURVATURE_PART = 0.25, 0.25
@@ -41,13 +41,16 @@ _FIRST_PART, _CURVATURE_PART = 0.25, 0.25
 #: Iterations on part of the rebounds, on all of them, and between second derivatives.
 _FIRST, _LAST, _CURVATURES_EVERY = 10, 3, 3
 
+#: Last iterations in which gates stay, so that no step can lose likelihood unseen.
+_SETTLED = 1
+
 #: Regularisation. The diagonal of the normal equations grows by _PULL for each rebound and by
 #: _PULL_ROWS in all. Each covariance gets _PRIOR_ROWS rebounds of variance _PRIOR_VARIANCE, and
 #: each variance gets _RIDGE.
-_PULL, _PULL_ROWS = 1e-3, 3.0
+_PULL, _PULL_ROWS = 1e-4, 0.3
 _PRIOR_ROWS, _PRIOR_VARIANCE, _RIDGE = 0.5, 0.05, 1e-4
 
-#: Damping of a Newton step, its largest component, and the pull of logits to zero.
+#: Damping of a Newton step until one loses likelihood, its largest component, and the pull of logits to zero.
 _STEP, _LONGEST, _LOGIT_PULL = 0.7, 2.0, 1e-2
 
 #: Rows and iterations of the clusters with which a fit begins.
@@ -89,7 +92,7 @@ class Sums:
 
 
 class _Block(NamedTuple):
-    """Rebounds of a block: shares, probabilities and gradients, (n, g) or (n, k)."""
+    """Rebounds of a block: shares, probabilities and gradients, (g, n) or (k, n)."""
 
     vectors: Single
     features: Single
@@ -118,16 +121,22 @@ def fit_experts(
     points = np.ascontiguousarray(np.hstack([inputs, scores]), dtype=np.float32)
     fitted = _start(vectors, points, (groups, experts, scores.shape[1]), rng)
     part = vectors[: max(math.ceil(_FIRST_PART * len(phi)), min(len(phi), 1000))]
-    likelihood = 0.0
+    likelihood, damping = -math.inf, _STEP
     for number in range(_FIRST + _LAST):
         rows = part if number < _FIRST else vectors
         sums = expectation(fitted, rows)
+        if sums.likelihood < likelihood * len(rows) and number != _FIRST:
+            # the step of the gates was too long: go back, and take half of it
+            damping *= 0.5
+            fitted, sums = replace(best[0]), best[1]
+        else:
+            likelihood, best = sums.likelihood / len(rows), (replace(fitted), sums)
         if number % _CURVATURES_EVERY == 0 or number == _FIRST:
             few = rows[: math.ceil(_CURVATURE_PART * len(rows))]
             fitted.weight = _curvatures(fitted, few, len(rows) / len(few))
         _regress(fitted, sums.products)
-        _move_gates(fitted, sums, len(rows))
-        likelihood = sums.likelihood / len(rows)
+        if number < _FIRST + _LAST - _SETTLED:
+            _move_gates(fitted, sums, len(rows), damping)
     return fitted, likelihood
 
 
@@ -172,12 +181,12 @@ def _start(
     features = width - outcomes
     centres = _clusters(points[:_CLUSTER_ROWS], count, rng)
     centres = centres[_in_groups(centres, groups)]
-    products = np.zeros((count, width * (width + 1) // 2))
-    for rows in _slices(vectors):
+    products = np.zeros((count, width, width))
+    for rows in _slices(vectors, 8 * _BLOCK):
         labels = _nearest(points[rows], centres)
-        share = (labels[:, None] == np.arange(count)).astype(np.float32)
-        add_products(share, vectors[rows], 0.5, products)
-    mass = products[:, 0]
+        share = (labels == np.arange(count)[:, None]).astype(np.float32)
+        add_products(share, vectors[rows], np.float32(0.5), products)
+    mass = products[:, 0, 0]
     group_gate, gate = np.zeros((groups, features)), np.zeros((count, features))
     by_group = mass.reshape(groups, experts).sum(axis=1)
     group_gate[:, 0] = np.log((by_group + 1.0) / (len(vectors) + groups))
@@ -199,20 +208,21 @@ def _blocks(fitted: Experts, vectors: Single) -> Iterator[_Block]:
     # matrix from vectors to whitened outcomes, and constants of the log-densities
     inverse = np.linalg.inv(fitted.factor)
     both = np.concatenate([-inverse @ fitted.mean, inverse], axis=2)
-    matrix = both.transpose(2, 1, 0).reshape(both.shape[2], -1)
+    matrix = both.transpose(1, 0, 2).reshape(-1, both.shape[2])
     white = np.ascontiguousarray(matrix, dtype=np.float32)
     diagonal = np.einsum("kii->ki", fitted.factor)
     constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * fitted.outcomes * math.log(2.0 * math.pi)
     constant = constant.astype(np.float32)
-    gates = fitted.group_gate.T.astype(np.float32), fitted.gate.T.astype(np.float32)
+    gates = fitted.group_gate.astype(np.float32), fitted.gate.astype(np.float32)
+    groups = len(fitted.group_gate)
     for rows in _slices(vectors):
         block = vectors[rows]
         phi = np.ascontiguousarray(block[:, : -fitted.outcomes])
-        group, expert = phi @ gates[0], phi @ gates[1]
-        softmax(group)
-        softmax(expert.reshape(len(phi) * len(fitted.group_gate), -1))
+        group, expert = gates[0] @ phi.T, gates[1] @ phi.T
+        softmax(group[None])
+        softmax(expert.reshape(groups, -1, len(phi)))
         share, by_group, by_expert = (np.empty_like(x) for x in (expert, group, expert))
-        add_densities(block @ white, constant, share)
+        add_densities(white @ block.T, constant, share)
         likelihood = find_shares(share, group, expert, by_group, by_expert)
         yield _Block(block, phi, share, group, expert, by_group, by_expert, likelihood)
 
@@ -221,14 +231,14 @@ def expectation(fitted: Experts, vectors: Single) -> Sums:
     """Take the expectation step over vectors (n, f + o) of features and scores."""
     width = vectors.shape[1]
     sums = Sums(
-        np.zeros((len(fitted.gate), width * (width + 1) // 2)),
+        np.zeros((len(fitted.gate), width, width)),
         np.zeros_like(fitted.group_gate),
         np.zeros_like(fitted.gate),
     )
     for block in _blocks(fitted, vectors):
         add_products(block.share, block.vectors, _LEAST_SHARE, sums.products)
-        sums.by_group += block.by_group.T @ block.features
-        sums.by_expert += block.by_expert.T @ block.features
+        sums.by_group += block.by_group @ block.features
+        sums.by_expert += block.by_expert @ block.features
         sums.likelihood += block.likelihood
     return sums
 
@@ -236,32 +246,27 @@ def expectation(fitted: Experts, vectors: Single) -> Sums:
 def _curvatures(fitted: Experts, vectors: Single, scale: float) -> Weight:
     """Sum the second derivatives of both gates, times ``scale``; the weight of means stays."""
     features = fitted.gate.shape[1]
-    pairs = features * (features + 1) // 2
-    of_groups = np.zeros((len(fitted.group_gate), pairs))
-    of_experts = np.zeros((len(fitted.gate), pairs))
+    of_groups = np.zeros((len(fitted.group_gate), features, features))
+    of_experts = np.zeros((len(fitted.gate), features, features))
     for block in _blocks(fitted, vectors):
         find_curvatures(block.share, block.group, block.expert, block.by_group, block.by_expert)
         add_products(block.by_group, block.features, _LEAST_CURVATURE, of_groups)
         add_products(block.by_expert, block.features, _LEAST_CURVATURE, of_experts)
-    group, gate = (_square(part * scale, features) for part in (of_groups, of_experts))
+    group, gate = (_symmetric(part * scale) for part in (of_groups, of_experts))
     return Weight(group, gate, fitted.weight.mean)
 
 
-def _square(packed: FloatArray, size: int) -> FloatArray:
-    """Symmetric matrices from their upper triangles, packed by rows."""
-    i, j = np.triu_indices(size)
-    whole = np.empty((len(packed), size, size))
-    whole[:, i, j] = packed
-    whole[:, j, i] = packed
-    return whole
+def _symmetric(upper: FloatArray) -> FloatArray:
+    """Symmetric matrices from their upper triangles; nothing is below those."""
+    return upper + np.triu(upper, 1).transpose(0, 2, 1)
 
 
 def _regress(fitted: Experts, products: FloatArray) -> None:
     """Set regressions and covariances that maximise the expected likelihood."""
     features = fitted.gate.shape[1]
     outcomes = fitted.outcomes
-    moments = _square(products, features + outcomes)
-    mass = np.maximum(products[:, 0], 1e-9)
+    moments = _symmetric(products)
+    mass = np.maximum(products[:, 0, 0], 1e-9)
     inputs, cross = moments[:, :features, :features], moments[:, features:, :features]
     pull = np.eye(features)
     pull[0, 0] = 0.0
@@ -277,22 +282,22 @@ def _regress(fitted: Experts, products: FloatArray) -> None:
     fitted.factor = np.asarray(np.linalg.cholesky(symmetric), dtype=np.float64)
 
 
-def _move_gates(fitted: Experts, sums: Sums, rows: int) -> None:
+def _move_gates(fitted: Experts, sums: Sums, rows: int, damping: float) -> None:
     """Take a step of both gates; the logits of each softmax keep a mean of zero."""
     groups, count = len(fitted.group_gate), len(fitted.gate)
-    top = _stepped(fitted.group_gate, sums.by_group, fitted.weight.group, rows)
+    top = _stepped(fitted.group_gate, sums.by_group, fitted.weight.group, rows, damping)
     fitted.group_gate = np.subtract(top, top.mean(axis=0))
-    moved = _stepped(fitted.gate, sums.by_expert, fitted.weight.gate, rows)
+    moved = _stepped(fitted.gate, sums.by_expert, fitted.weight.gate, rows, damping)
     parts = moved.reshape(groups, count // groups, -1)
     fitted.gate = np.subtract(parts, parts.mean(axis=1, keepdims=True)).reshape(count, -1)
 
 
 def _stepped(
-    gate: FloatArray, gradient: FloatArray, curvature: FloatArray, rows: int
+    gate: FloatArray, gradient: FloatArray, curvature: FloatArray, rows: int, damping: float
 ) -> FloatArray:
     """Gate after a damped Newton step."""
     floor = max(1e-4 * rows / len(gate), 1.0)
     matrix = curvature + floor * np.eye(gate.shape[1])
     pulled = gradient - _LOGIT_PULL * gate
     step = np.linalg.solve(matrix, pulled[:, :, None])[:, :, 0]
-    return gate + _STEP * np.clip(step, -_LONGEST, _LONGEST)
+    return gate + damping * np.clip(step, -_LONGEST, _LONGEST)

@@ -25,12 +25,19 @@ VARIATE_MAX = 4.2
 STEPS = 256
 
 
-def _ranks(values: FloatArray) -> FloatArray:
-    """Mid-ranks over n, in (0, 1); ties are broken by position."""
-    order = np.argsort(values, kind="stable")
-    ranks = np.empty(len(values))
-    ranks[order] = np.arange(len(values)) + 0.5
-    return ranks / len(values)
+def _in_order(values: FloatArray, given: FloatArray) -> FloatArray:
+    """Give the smallest of values (n,) the first of some numbers (n,), and so on.
+
+    Ties are broken by position.
+    """
+    # a stable order takes five times as long
+    order = np.argsort(values)
+    ascending = values[order]
+    if (ascending[1:] == ascending[:-1]).any():
+        order = np.argsort(values, kind="stable")
+    placed = np.empty(len(values))
+    placed[order] = given
+    return placed
 
 
 def normal_scores(channels: FloatArray, mirror: FloatArray) -> FloatArray:
@@ -39,13 +46,14 @@ def normal_scores(channels: FloatArray, mirror: FloatArray) -> FloatArray:
     A channel that changes sign under the mirror, with -1 in ``mirror`` (d,), is scored by the rank
     of its absolute value: its scores are those of the sample together with its reflection.
     """
-    scores = np.empty_like(channels)
+    scores, ranks = np.empty_like(channels), (np.arange(len(channels)) + 0.5) / len(channels)
+    plain, folded = ndtri(ranks), ndtri(0.5 + 0.5 * ranks)
     for j, sign in enumerate(mirror):
         column = channels[:, j]
         if sign > 0.0:
-            scores[:, j] = ndtri(_ranks(column))
+            scores[:, j] = _in_order(column, plain)
         else:
-            scores[:, j] = np.copysign(ndtri(0.5 + 0.5 * _ranks(np.abs(column))), column)
+            scores[:, j] = np.copysign(_in_order(np.abs(column), folded), column)
     return scores
 
 

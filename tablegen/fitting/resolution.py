@@ -12,7 +12,7 @@ LADDER = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536)
 #: The empirical distribution functions of n points are typically off by 1.4 / sqrt(n) in the worst
 #: of six channels: a fifth of the allowed distance at n = _SAMPLES / distance^2.
 _SAMPLES = 40.0
-_LEAST_SAMPLES = 150_000
+_LEAST_SAMPLES = 100_000
 
 #: Least allowed Kolmogorov-Smirnov distance for which a number of knots is enough.
 _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
@@ -49,7 +49,7 @@ class SpinSizes(NamedTuple):
     still_leaves: int  # of a shape, for conditions without
     groups: int  # of a leaf; a file has room for 8
     experts: int  # of a group; a file has room for 16
-    rebounds: int  # for the fit of a leaf, and as many again for its quantiles
+    rebounds: int  # for the fit of a leaf, and half as many again for its quantiles
     knots: int  # of each quantile function
 
     @property
@@ -66,9 +66,9 @@ class SpinSizes(NamedTuple):
 
 #: Sizes by preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
-    "compact": SpinSizes(80, 64, 8, 8, 180_000, 65),
-    "standard": SpinSizes(176, 128, 8, 16, 300_000, 97),
-    "fine": SpinSizes(384, 160, 8, 16, 480_000, 129),
+    "compact": SpinSizes(80, 64, 8, 8, 60_000, 65),
+    "standard": SpinSizes(176, 128, 8, 16, 100_000, 97),
+    "fine": SpinSizes(384, 160, 8, 16, 160_000, 129),
 }
 
 

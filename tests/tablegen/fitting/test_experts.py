@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from tablegen.fitting.expectation import add_densities, find_curvatures, find_shares, softmax
+from tablegen.fitting.expectation import (
+    add_densities,
+    add_products,
+    find_curvatures,
+    find_shares,
+    softmax,
+)
 from tablegen.fitting.experts import Experts, expectation, fit_experts
 from tablegen.fitting.spin_coordinates import features
 
@@ -17,8 +23,8 @@ def softmax_of(logits):
 
 def test_shares_and_derivatives_of_the_likelihood():
     n, groups, each, d = 30, 3, 4, 6
-    logits = RNG.normal(0.0, 3.0, (40, 16)).astype(np.float32)
-    wanted = softmax_of(logits)
+    logits = RNG.normal(0.0, 3.0, (2, 16, 40)).astype(np.float32)
+    wanted = softmax_of(logits.swapaxes(1, 2)).swapaxes(1, 2)
     softmax(logits)
     np.testing.assert_allclose(logits, wanted, rtol=1e-5, atol=1e-7)
     white = RNG.normal(size=(n, d, groups * each)).astype(np.float32)
@@ -31,28 +37,62 @@ def test_shares_and_derivatives_of_the_likelihood():
         joint = prior * density.reshape(n, groups, each)
         return np.log(joint.sum(axis=(1, 2))), joint / joint.sum(axis=(1, 2), keepdims=True)
 
-    group = softmax_of(top).astype(np.float32)
-    expert = softmax_of(sub).reshape(n, -1).astype(np.float32)
+    group = np.ascontiguousarray(softmax_of(top).T, dtype=np.float32)
+    expert = np.ascontiguousarray(softmax_of(sub).reshape(n, -1).T, dtype=np.float32)
     share = np.empty_like(expert)
-    add_densities(white.reshape(n, -1), constant, share)
+    add_densities(np.ascontiguousarray(white.reshape(n, -1).T), constant, share)
     by_group, by_expert = np.empty_like(group), np.empty_like(expert)
     total = find_shares(share, group, expert, by_group, by_expert)
     wanted, shares = likelihood(top, sub)
     assert total == pytest.approx(wanted.sum(), rel=1e-5)
-    np.testing.assert_allclose(share.reshape(shares.shape), shares, atol=1e-5)
+    np.testing.assert_allclose(share.T.reshape(shares.shape), shares, atol=1e-5)
     step = 1e-5
     for g in range(groups):
         moved, inner = top.copy(), sub.copy()
         moved[:, g] += step
         slope = (likelihood(moved, sub)[0] - wanted) / step
-        np.testing.assert_allclose(by_group[:, g], slope, atol=1e-3)
+        np.testing.assert_allclose(by_group[g], slope, atol=1e-3)
         inner[:, g, 1] += step
         slope = (likelihood(top, inner)[0] - wanted) / step
-        np.testing.assert_allclose(by_expert[:, g * each + 1], slope, atol=1e-3)
+        np.testing.assert_allclose(by_expert[g * each + 1], slope, atol=1e-3)
     find_curvatures(share, group, expert, by_group, by_expert)
     np.testing.assert_allclose(by_group, group * (1.0 - group), rtol=1e-5)
     whole = shares.sum(axis=2, keepdims=True) * softmax_of(sub) * (1.0 - softmax_of(sub))
-    np.testing.assert_allclose(by_expert, whole.reshape(n, -1), atol=1e-5)
+    np.testing.assert_allclose(by_expert.T, whole.reshape(n, -1), atol=1e-5)
+
+
+def test_no_share_is_subnormal():
+    """Processors take a hundred cycles for each number between 0 and 2**-126.
+
+    These are sharp gates and densities, as those of the last iterations of a fit.
+    """
+    n, groups, each = 200, 4, 8
+    group = RNG.normal(0.0, 60.0, (1, groups, n)).astype(np.float32)
+    expert = RNG.normal(0.0, 60.0, (groups, each, n)).astype(np.float32)
+    share = RNG.normal(0.0, 300.0, (groups * each, n)).astype(np.float32)
+    for logits in (group, expert):
+        softmax(logits)
+        assert logits.min() > 2.0**-35
+    group, expert = group[0], expert.reshape(groups * each, n)
+    by_group, by_expert = np.empty_like(group), np.empty_like(expert)
+    find_shares(share, group, expert, by_group, by_expert)
+    np.testing.assert_allclose(share.sum(axis=0), 1.0, rtol=1e-5)
+    assert ((share == 0.0) | (share >= 2.0**-60)).all()
+    for numbers in (by_group, by_expert):
+        assert ((numbers == 0.0) | (np.abs(numbers) > 2.0**-126)).all()
+
+
+def test_sums_of_products():
+    n, count, width = 70, 5, 19
+    weight, vectors = RNG.random((count, n)), RNG.normal(size=(n, width))
+    weight[weight < 0.3], weight[2] = 1e-3, 0.0
+    kept = np.where(weight < 0.1, 0.0, weight)
+    wanted = np.triu(np.einsum("kn,na,nb->kab", kept, vectors, vectors))
+    products = np.zeros((count, width, width))
+    single = weight.astype(np.float32), vectors.astype(np.float32)
+    for _ in range(2):
+        add_products(*single, np.float32(0.1), products)
+    np.testing.assert_allclose(products, 2.0 * wanted, atol=1e-4)
 
 
 def test_a_known_law_is_recovered():
