@@ -108,8 +108,8 @@ def measure_chains(
 ) -> list[LaterHit]:
     """Compare a spin law with direct simulation along chains of hits (`tablegen.accuracy.chains`).
 
-    ``samples`` are the particles a side of each. A table that leaves some of the six variables of a
-    state out has none, because a chain goes on from all six.
+    ``samples`` are the grains of a kind a side. A table that leaves some of the six variables of a
+    state out has no chains, because a chain goes on from all six.
     """
     if not set(STATE) <= set(table.columns):
         return []
