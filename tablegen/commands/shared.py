@@ -32,6 +32,7 @@ ANGLE = _within(bounds.ALPHA_DEG)
 SPEED = _within(bounds.SPEED)
 RATIO = _within(bounds.ASPECT)
 SPIN = _within(bounds.SPIN)
+INERTIA = _within(bounds.INERTIA)
 
 
 def count(default: int, text: str, kind: Any = options.COUNT) -> Decorator:

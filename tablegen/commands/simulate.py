@@ -55,12 +55,21 @@ if TYPE_CHECKING:
     nargs=3,
     default=(0.0, 0.0, 0.0),
     metavar="WX WY WZ",
-    help="Angular velocity before the impact, times a/V.",
+    help="Mean angular velocity before the impact, times a/V.",
+)
+@click.option(
+    "--inertia",
+    type=shared.INERTIA,
+    default=0.0,
+    metavar="K",
+    help="Inertia about the spin before the impact over m a^2, of each grain the nearest that it "
+    "can have; 0, the default: not known, its orientation is uniform.",
 )
 @click.option(
     "--omega",
     type=click.Choice(["mean", "departure"]),
-    help="Angular velocities: means over free tumbling, or of the instant; by default as the pair.",
+    default="mean",
+    help="Angular velocities after: means over free tumbling, as by default, or at departure.",
 )
 @options.threads
 @options.progress
@@ -75,13 +84,15 @@ def simulate(
     output: Path,
     aspect: tuple[float, float] | None,
     spin: tuple[float, float, float],
-    omega: str | None,
+    inertia: float,
+    omega: str,
     threads: int | None,
     progress: bool,
 ) -> int:
     """Simulate rebounds directly.
 
-    Writes state, collisions, shape, mesh (its number, -1: none), aspect, energy and work of each.
+    Writes state, collisions, shape, mesh (its number, -1: none), aspect, energy, work and inertia
+    (about the spin after the rebound, over m a^2) of each.
     """
     from tablegen.config.config import load_config
     from tablegen.simulation.simulate import make_condition, simulate_condition
@@ -89,15 +100,13 @@ def simulate(
     config = load_config(find_file("--pair", pair, ".toml"))
     population = _chosen_particles(config.population, shape, particle, aspect)
     numerics = config.model.contact_resolution, config.model.tolerance
-    condition = make_condition(
-        math.radians(alpha), speed, spin, *numerics, omega or config.domain.omega
-    )
+    condition = make_condition(math.radians(alpha), speed, spin, *numerics, omega, inertia)
     speeds = config.pair.extrapolation(speed)
     for line in [*config.doubts(), *([speeds] if speeds else [])]:
         note("tablegen", line)
     task = config.pair, population, condition, count
     result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)
-    fields = ("state", "collisions", "shape", "mesh", "aspect", "energy", "work")
+    fields = ("state", "collisions", "shape", "mesh", "aspect", "energy", "work", "inertia")
     write_arrays(output, **{name: getattr(result, name) for name in fields}, columns=STATE)
     return DONE
 

@@ -65,8 +65,6 @@ class Domain(Record):
     dimension: Literal[2, 3] = 3
     #: Components of a draw; by default u, v, w, omega_x, omega_y, omega_z, or `PLANE`.
     components: ComponentNames | None = None
-    #: Angular velocity of a state: the mean over the free tumbling, or that at departure.
-    omega: Literal["mean", "departure"] = "mean"
 
     @model_validator(mode="after")
     def _plane(self) -> Self:

@@ -114,10 +114,12 @@ def _run_law(
 
     def work(part: slice) -> tuple[int, float]:
         begin, n = time.perf_counter(), part.stop - part.start
-        conditions, axes, kind = np.empty((n, CONDITION_SIZE)), np.empty((n, 6)), np.empty((n, 3))
-        wall_conditions(alpha[part], speed[part], spin[part], arrays.numerics, conditions)
+        conditions, kind, inertia = np.empty((n, CONDITION_SIZE)), np.empty((n, 3)), np.empty(n)
+        impacts = alpha[part], speed[part], spin[part], np.zeros(1)
+        wall_conditions(*impacts, arrays.numerics, conditions)
         given = arrays.law, arrays.population, conditions, keys_of_run(seed, 0, part.start, n)
-        stuck = simulate_batch(*given, axes, state[part], collisions[part], kind, energy[part])
+        results = state[part], collisions[part], kind, energy[part], inertia
+        stuck = simulate_batch(*given, *results)
         done[part] = stuck < 0  # of the others of its slice nothing is known
         return part.start + stuck if stuck >= 0 else -1, time.perf_counter() - begin
 

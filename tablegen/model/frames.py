@@ -10,6 +10,7 @@ import math
 import numpy as np
 
 from sampler.errors import HALF_SIZE, NORMAL_NOT_USABLE, NOT_FINITE, OK
+from tablegen.model.elementary import sine_and_cosine
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel
 from tablegen.model.random_numbers import philox_block, uniform
 
@@ -79,10 +80,10 @@ def keys_of_row(keys, k):
 
 
 @inline_kernel
-def _perpendicular(e_y, azimuth):
-    """Return a unit vector perpendicular to the unit vector e_y, at an angle (rad) about it.
+def perpendicular(e_y, turns):
+    """Return a unit vector perpendicular to the unit vector e_y, at an angle (turns) about it.
 
-    Azimuth 0 lies in the plane of e_y and the coordinate axis farthest from it.
+    Angle 0 lies in the plane of e_y and the coordinate axis farthest from it.
     """
     x, y, z = abs(e_y[0]), abs(e_y[1]), abs(e_y[2])
     if x <= y and x <= z:
@@ -92,7 +93,8 @@ def _perpendicular(e_y, azimuth):
     else:
         axis = (0.0, 0.0, 1.0)
     zero = unit(combine(1.0, axis, -dot(axis, e_y), e_y))
-    return combine(math.cos(azimuth), zero, math.sin(azimuth), cross(e_y, zero))
+    sine, cosine = sine_and_cosine(turns)
+    return combine(cosine, zero, sine, cross(e_y, zero))
 
 
 @inline_kernel
@@ -107,7 +109,7 @@ def tangent(relative, e_y, keys):
         e_x = unit(along)
         return unit(combine(1.0, e_x, -dot(e_x, e_y), e_y))
     word = philox_block(keys[0], keys[1], keys[2], _AZIMUTH_BLOCK)[0]
-    return _perpendicular(e_y, 2.0 * math.pi * uniform(word))
+    return perpendicular(e_y, uniform(word))
 
 
 @inline_kernel

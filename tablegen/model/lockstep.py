@@ -21,10 +21,10 @@ from tablegen.model.rebound import (
     V,
     approach,
     collide,
+    departing_spin,
     fly,
     has_no_impulse,
     rotational_energy,
-    wall_spin,
 )
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import (
@@ -54,9 +54,9 @@ from tablegen.model.simd import (
 MOMENTS, B, C, RADIUS, INITIAL, COLLISIONS, TAKEN = 0, 3, 4, 5, 6, 7, 8
 PROPERTIES = 10
 
-#: Rows of a result: state, and energies.
-ENERGIES = 6
-RESULTS = 10
+#: Rows of a result: state, energies, and the inertia about the spin.
+ENERGIES, INERTIA = 6, 10
+RESULTS = 11
 
 
 class LaneSlots(NamedTuple):
@@ -64,10 +64,10 @@ class LaneSlots(NamedTuple):
 
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
     ``properties`` (10, WIDTH): moments, b, c, bounding radius, energy before the impact, collisions
-    so far, energies that the normal and the tangential impulses took; ``condition`` (9, WIDTH) as
+    so far, energies that the normal and the tangential impulses took; ``condition`` (10, WIDTH) as
     in `tablegen.model.impacts`; ``candidates`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`;
-    ``point`` (3, WIDTH): contact points; ``result`` (10, WIDTH): states and energies of particles
-    that have left; ``particle`` (WIDTH,): the index of the particle in each slot.
+    ``point`` (3, WIDTH): contact points; ``result`` (11, WIDTH): states, energies and inertia of
+    particles that have left; ``particle`` (WIDTH,): the index of the particle in each slot.
     """
 
     motion: np.ndarray
@@ -196,12 +196,14 @@ def _collide(law, body, slots, touching):
 
 @no_refcount_kernel
 def _retire(body, slots, finished, outcome):
-    """Store states, axes, energies and collisions of the particles that have left."""
+    """Store states, energies, inertia and collisions of the particles that have left."""
     motion, result = slots.motion, slots.result
-    state, collisions, energy, axes = outcome
+    state, collisions, energy, inertias = outcome
     u, v, w = load_three(motion, U)
     store_three(result, 0, (u, v, w))
-    store_three(result, 3, wall_spin(body.moments, load(slots.condition, INSTANT), motion))
+    spin, about = departing_spin(body.moments, load(slots.condition, INSTANT), motion)
+    store_three(result, 3, spin)
+    store(result, INERTIA, about)
     initial = load(slots.properties, INITIAL)
     store(result, ENERGIES, 0.5 * (u * u + v * v + w * w) / initial)
     store(result, ENERGIES + 1, rotational_energy(body.moments, motion) / initial)
@@ -211,7 +213,8 @@ def _retire(body, slots, finished, outcome):
         if extract(finished, slot):
             i = slots.particle[slot]
             for k in range(6):
-                state[i, k], axes[i, k] = result[k, slot], motion[3 + k, slot]
+                state[i, k] = result[k, slot]
+            inertias[i] = result[INERTIA, slot]
             for k in range(energy.shape[1]):
                 energy[i, k] = result[ENERGIES + k, slot]
             collisions[i] = int(slots.properties[COLLISIONS, slot])
@@ -232,7 +235,7 @@ def follow(law, population, conditions, drawn, code, no_map, members, slots, out
 
     ``drawn``: wall axes n and x in body axes (n, 6) and kind (n, 3) of all particles; ``code``:
     shape code, FIRST_MESH + k of mesh k; ``no_map``: an empty one; ``members`` (m,): the rows of
-    the particles of this shape; ``outcome``: state, collisions, energies and axes, as of
+    the particles of this shape; ``outcome``: state, collisions, energies and inertia, as of
     `tablegen.model.particle_run.simulate_batch`, in which the rows of ``members`` are written.
     """
     support_map = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map

@@ -79,6 +79,9 @@ SPEED = Bounds(1e-6, 1e5, " m/s")
 #: Each component of the angular velocity before the impact.
 SPIN = Bounds(-1e3, 1e3, " V/a")
 
+#: Inertia about a spin over m a^2; of no particle is it larger than 2.
+INERTIA = Bounds(0.0, 2.0)
+
 #: Angle [rad] that a particle may turn from its greatest height to its least, before any contact:
 #: 2 |spin| / sin(alpha1).
 MOST_TURNED = 1e6

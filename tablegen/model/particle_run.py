@@ -18,9 +18,9 @@ from tablegen.model.rebound import (
     V,
     W,
     approach,
+    departing_spin,
     rebound,
     rotational_energy,
-    wall_spin,
     workspace,
 )
 from tablegen.model.shapes import (
@@ -59,7 +59,7 @@ def follow_one(law, population, condition, drawn, motion, storage, audit):
     ``drawn``: shape code, b / a and c / b; ``motion`` (13,): the orientation, and on return the
     motion after the rebound; ``storage``: arrays for vertices and their number, an empty map, and
     the work space of `rebound`. Returns the status, the number of collisions, the angular velocity
-    in wall axes and, over the kinetic energy before, translational and rotational energy after the
+    in wall axes with the inertia about it and, over the kinetic energy before, translational and rotational energy after the
     rebound and the energies that the normal and the tangential impulses took.
     """
     shape, ba, cb = drawn
@@ -75,30 +75,30 @@ def follow_one(law, population, condition, drawn, motion, storage, audit):
     translational = 0.5 * (motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2) / initial
     rotational = rotational_energy(body.moments, motion) / initial
     energies = translational, rotational, taken[0] / initial, taken[1] / initial
-    return status, collisions, wall_spin(body.moments, condition.instant, motion), energies
+    return status, collisions, departing_spin(body.moments, condition.instant, motion), energies
 
 
 @kernel
-def simulate_batch(law, population, conditions, keys, axes, state, collisions, kind, energy):
+def simulate_batch(law, population, conditions, keys, state, collisions, kind, energy, inertia):
     """Simulate particles, WIDTH at a time; return the row of the first that did not finish, or -1.
 
-    ``conditions`` (n, 9) or (1, 9): the impact of each particle, or of all
+    ``conditions`` (n, 10) or (1, 10): the impact of each particle, or of all
     (`tablegen.model.impacts`); ``keys``: `ParticleKeys`. Written are
 
-    - ``axes`` (n, 6): wall axes n and x in body axes as a particle leaves; read before, where the
-      keys say that orientations are given;
     - ``state`` (n, 6): velocities over V, angular velocities times a / V, wall axes;
     - ``collisions`` (n,);
     - ``kind`` (n, 3): shape code, with FIRST_MESH + k for mesh number k, b / a, c / b; read where
       ``keys.grain`` is empty;
     - ``energy`` (n, 2) or (n, 4): translational and rotational energy over the energy before the
-      impact, and the energies that the normal and the tangential impulses took.
+      impact, and the energies that the normal and the tangential impulses took;
+    - ``inertia`` (n,): that about the spin of a particle as it leaves, over m a^2; 0 without spin.
     """
-    draw_particles(population, keys, axes, kind)
+    axes = np.empty((state.shape[0], 6))
+    draw_particles(population, conditions, keys, axes, kind)
     codes = FIRST_MESH + population.meshes.resolutions.size
     order, starts = _sorted_by_shape(kind, codes)
     slots, no_map = make_slots(max(MAX_VERTICES, population.meshes.longest)), empty_map()
-    drawn, outcome = (axes, kind), (state, collisions, energy, axes)
+    drawn, outcome = (axes, kind), (state, collisions, energy, inertia)
     for code in range(codes):
         members = order[starts[code] : starts[code + 1]]
         unfinished = follow(
@@ -111,14 +111,14 @@ def simulate_batch(law, population, conditions, keys, axes, state, collisions, k
 
 @kernel
 def simulate_audited(
-    law, population, conditions, keys, axes, state, collisions, kind, energy, audit
+    law, population, conditions, keys, state, collisions, kind, energy, inertia, audit
 ):
     """Simulate as `simulate_batch`, one particle at a time, every collision and flight checked.
 
     ``audit`` (AUDIT_SIZE,) gets the largest violation of each law.
     """
-    motion = np.empty(MOTION_SIZE)
-    draw_particles(population, keys, axes, kind)
+    motion, axes = np.empty(MOTION_SIZE), np.empty((state.shape[0], 6))
+    draw_particles(population, conditions, keys, axes, kind)
     candidates = np.zeros((max(MAX_VERTICES, population.meshes.longest), 3))
     storage = candidates, np.zeros(1, dtype=np.int64), empty_map(), workspace()
     for i in range(state.shape[0]):
@@ -126,15 +126,13 @@ def simulate_audited(
         for k in range(6):
             motion[3 + k] = axes[i, k]
         drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
-        status, collisions[i], spin, energies = follow_one(
+        status, collisions[i], (spin, inertia[i]), energies = follow_one(
             law, population, condition, drawn, motion, storage, audit
         )
         if status != LEFT:
             return i
         state[i, 0], state[i, 1], state[i, 2] = motion[U], motion[V], motion[W]
         state[i, 3], state[i, 4], state[i, 5] = spin
-        for k in range(6):
-            axes[i, k] = motion[3 + k]
         for k in range(energy.shape[1]):
             energy[i, k] = energies[k]
     return -1

@@ -1,7 +1,8 @@
 """Random particles: shape, aspect ratios and orientation from counter-based random numbers.
 
 A particle is a pure function of (seed, index, hit): block 0 of its counter gives b/a, c/b and
-two orientation numbers, block 1 the third orientation number and the shape. Shape and ratios may be
+two orientation numbers, block 1 the third orientation number and the shape: of a grain that
+tumbles, the numbers of its orientation are its phases. Shape and ratios may be
 those of another hit: a particle that keeps its grain has those of hit 0. One particle and several
 in lanes have the same bits.
 """
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tablegen.model.frames import item
+from tablegen.model.impacts import INERTIA
 from tablegen.model.jit import kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.model_bounds import ASPECT
 from tablegen.model.random_numbers import (
@@ -23,7 +25,7 @@ from tablegen.model.random_numbers import (
     uniform,
 )
 from tablegen.model.rotation import set_orientation
-from tablegen.model.shapes import FIRST_MESH, MESH, SPHERE
+from tablegen.model.shapes import FIRST_MESH, MESH, SPHERE, inertia
 from tablegen.model.simd import (
     WIDTH,
     any_lane,
@@ -36,9 +38,13 @@ from tablegen.model.simd import (
     store,
     width,
 )
+from tablegen.model.tumbling import axes_of_tumbling, is_round
 
 #: Keeps direct simulation, and the grains, of a seed on other random numbers than the draws.
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
+
+#: Share by which an inertia may leave the moments of a grain: rounding to single precision.
+ROUNDING = 1e-6
 
 #: The hit whose random numbers make the grain that a particle keeps.
 OWN_GRAIN = np.uint32(0)
@@ -136,14 +142,13 @@ class ParticleKeys(NamedTuple):
 
     ``seed`` and ``particle`` (uint64) identify the particle, ``hit`` (uint32) its rebound, which
     gives the orientation. ``grain`` (uint32) is the hit whose random numbers give the shape and its
-    ratios; it is empty where the grains are given. ``oriented``: whether orientations are given.
+    ratios; it is empty where the grains are given.
     """
 
     seed: np.uint64
     particle: NDArray[np.uint64]
     hit: NDArray[np.uint32]
     grain: NDArray[np.uint32]
-    oriented: bool = False
 
 
 def keys_of_run(seed: int, stream: int, first: int, count: int) -> ParticleKeys:
@@ -153,11 +158,22 @@ def keys_of_run(seed: int, stream: int, first: int, count: int) -> ParticleKeys:
     return ParticleKeys(np.uint64(seed), index, streams, streams)
 
 
+@no_refcount_inline_kernel
+def moments_of(population, shape, b_over_a, c_over_b):
+    """Principal moments of inertia of a grain over m a^2, in rising order."""
+    if shape >= FIRST_MESH:
+        moments, mesh = population.meshes.moments, int(shape) - FIRST_MESH
+        return moments[mesh, 0], moments[mesh, 1], moments[mesh, 2]
+    return inertia(int(shape), b_over_a, b_over_a * c_over_b, population.truncation)
+
+
 @kernel
-def draw_particles(population, keys, axes, kind):
+def draw_particles(population, conditions, keys, axes, kind):
     """Draw particles: write wall axes n and x in body axes, (n, 6), and kinds, (n, 3).
 
-    A kind is shape code, b / a, c / b. Orientations and grains that the keys give stay as they are.
+    A kind is shape code, b / a, c / b; those that the keys give stay. Orientations are those of
+    free tumbling with the spin and the inertia of ``conditions`` (n, 10) or (1, 10); uniform
+    without a spin, with an unknown inertia, and where a grain turns about any axis alike.
     """
     given = keys.grain.size == 0
     words, motion, ratio = lane_array(6), lane_array(9), lane_array(2)
@@ -171,19 +187,47 @@ def draw_particles(population, keys, axes, kind):
             u = _uniforms(keys.seed, item(keys.particle, k), hit, grain)
             for j in range(6):
                 words[j, i] = u[j]
-        if not keys.oriented:
-            set_orientation(load(words, 2), load(words, 3), load(words, 4), motion)
+        if not given:
+            store(ratio, 0, aspect_ratio(population.aspect, 0, load(words, 0)))
+            store(ratio, 1, aspect_ratio(population.aspect, 1, load(words, 1)))
             for i in range(count):
-                for j in range(6):
-                    axes[start + i, j] = motion[3 + j, i]
-        if given:
-            continue
-        store(ratio, 0, aspect_ratio(population.aspect, 0, load(words, 0)))
-        store(ratio, 1, aspect_ratio(population.aspect, 1, load(words, 1)))
+                shape = population.shape_codes[_pick_row(population, words[5, i])]
+                sizes = _own_sizes(population, shape, ratio[0, i], ratio[1, i])
+                kind[start + i, 0], kind[start + i, 1], kind[start + i, 2] = shape, *sizes
+        set_orientation(load(words, 2), load(words, 3), load(words, 4), motion)
         for i in range(count):
-            shape = population.shape_codes[_pick_row(population, words[5, i])]
-            b_over_a, c_over_b = _own_sizes(population, shape, ratio[0, i], ratio[1, i])
-            kind[start + i, 0], kind[start + i, 1], kind[start + i, 2] = shape, b_over_a, c_over_b
+            k = start + i
+            for j in range(6):
+                axes[k, j] = motion[3 + j, i]
+            condition = conditions[k if conditions.shape[0] > 1 else 0]
+            spin = condition[3], condition[4], condition[5]
+            if condition[INERTIA] == 0.0 or spin == (0.0, 0.0, 0.0):
+                continue
+            moments = moments_of(population, kind[k, 0], kind[k, 1], kind[k, 2])
+            if is_round(moments):
+                continue
+            phases = words[2, i], words[3, i], words[4, i]
+            n, x = axes_of_tumbling(moments, condition[INERTIA], spin, phases)
+            for j in range(3):
+                axes[k, j], axes[k, 3 + j] = n[j], x[j]
+
+
+@kernel
+def first_wrong_inertia(population, kind, conditions):
+    """First row of ``conditions`` (n, 10) with an inertia that its grain cannot turn with, or -1.
+
+    ``kind`` (n, 3) are the grains. An inertia that is not known fits, and so does any without spin.
+    """
+    for k in range(kind.shape[0]):
+        known = conditions[k, INERTIA]
+        still = conditions[k, 3] == 0.0 and conditions[k, 4] == 0.0 and conditions[k, 5] == 0.0
+        if known == 0.0 or still:
+            continue
+        moments = moments_of(population, kind[k, 0], kind[k, 1], kind[k, 2])
+        least, most = moments[0] * (1.0 - ROUNDING), moments[2] * (1.0 + ROUNDING)
+        if not least <= known <= most:
+            return k
+    return -1
 
 
 @kernel

@@ -10,10 +10,10 @@ The motion is kept in one array so that every piece of the model reads the same 
     12   height of the centre over the wall
 
 The angular velocity W changes in flight (the body tumbles), but the angular momentum L = J W and
-the rotational energy T do not. Angular velocities before and after a rebound are by default the
-mean M over that tumbling, (2T/L^2) L. With the orientation it gives L = M M^2 / (M . J^-1 M) back.
-On request they are those of an instant: before, as the centre passes the bounding radius of the
-particle; after, as it passes `CLEARANCE` above it, where no point can touch the wall any more.
+the rotational energy T do not. Angular velocities before and after a rebound are the mean M over
+that tumbling, (2T/L^2) L. With the orientation it gives L = M M^2 / (M . J^-1 M) back. On request
+that after the rebound is the one of an instant, as the centre passes `CLEARANCE` above the bounding
+radius of the particle, where no point can touch the wall any more.
 
 `collide` and `fly` are the two steps of a rebound; they take the arrays of one particle or
 of lanes (see `tablegen.model.simd`). `rebound` follows one particle by them, step by step and
@@ -89,28 +89,32 @@ def _dot(a, b):
 
 
 @no_refcount_inline_kernel
-def wall_spin(moments, instant, motion):
-    """Angular velocity in wall axes: the mean over free tumbling, or that of ``instant``."""
+def departing_spin(moments, instant, motion):
+    """Angular velocity in wall axes, and the inertia about its mean over free tumbling.
+
+    The angular velocity is that mean, or that of ``instant``. Without spin both are 0.
+    """
     x, n, z = _wall_axes(motion)
     w = load_three(motion, 0)
     momentum = moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]
-    square = _dot(momentum, momentum)
-    turns = square > 0.0
-    scale = select(turns, _dot(momentum, w) / select(turns, square, 1.0), 0.0)
+    square, twice_energy = _dot(momentum, momentum), _dot(momentum, w)
+    turns = (square > 0.0) & (twice_energy > 0.0)
+    scale = select(turns, twice_energy / select(turns, square, 1.0), 0.0)
+    inertia = square / select(turns, twice_energy, 1.0)
+    inertia = select(turns, minimum(maximum(inertia, moments[0]), moments[2]), 0.0)
     mean = momentum[0] * scale, momentum[1] * scale, momentum[2] * scale
     w = select_three(instant > 0.0, w, mean)
-    return _dot(w, x), _dot(w, n), _dot(w, z)
+    return (_dot(w, x), _dot(w, n), _dot(w, z)), inertia
 
 
 @inline_kernel
-def present_spin(moments, instant, spin):
-    """Angular velocity now in body axes, from the mean over free tumbling or from itself."""
-    over = spin[0] / moments[0], spin[1] / moments[1], spin[2] / moments[2]
-    share = _dot(spin, over)
+def present_spin(moments, mean):
+    """Angular velocity now in body axes, from the mean over free tumbling."""
+    over = mean[0] / moments[0], mean[1] / moments[1], mean[2] / moments[2]
+    share = _dot(mean, over)
     turns = share > 0.0
-    scale = select(turns, _dot(spin, spin) / select(turns, share, 1.0), 0.0)
-    now = over[0] * scale, over[1] * scale, over[2] * scale
-    return select_three(instant > 0.0, spin, now)
+    scale = select(turns, _dot(mean, mean) / select(turns, share, 1.0), 0.0)
+    return over[0] * scale, over[1] * scale, over[2] * scale
 
 
 @inline_kernel
@@ -335,7 +339,7 @@ def approach(condition, body, motion, where=True):
         s_x * x[1] + s_y * n[1] + s_z * z[1],
         s_x * x[2] + s_y * n[2] + s_z * z[2],
     )
-    spin = present_spin(body.moments, condition.instant, spin)
+    spin = present_spin(body.moments, spin)
     store_three(motion, 0, select_three(where, spin, load_three(motion, 0)))
     velocity = condition.cosine, -condition.sine, 0.0 * condition.sine
     store_three(motion, U, select_three(where, velocity, load_three(motion, U)))

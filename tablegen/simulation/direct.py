@@ -16,6 +16,7 @@ from sampler.arguments import (
     as_threads,
     broadcast,
     check_grain_word,
+    check_written,
     place,
     present,
 )
@@ -27,7 +28,6 @@ from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import ASPECT
-from tablegen.model.orientation import tumble_all
 from tablegen.model.random_particles import first_misfit
 from tablegen.simulation.batches import first_not_finite, in_slices
 from tablegen.simulation.direct_impacts import (
@@ -36,33 +36,33 @@ from tablegen.simulation.direct_impacts import (
     DirectResults,
     Failure,
     failure_of,
-    writable_arrays,
 )
 from tablegen.simulation.rough_walls import rough_rebounds
 from tablegen.simulation.smooth_walls import smooth_rebounds
 
 
 class DirectRebound(NamedTuple):
-    """Result of `DirectModel.rebound`; velocity and omega are those of `sampler.table.Rebound`."""
+    """Result of `DirectModel.rebound`, as `sampler.table.Rebound`."""
 
     velocity: NDArray[np.float64]
     omega: NDArray[np.float64]
-    #: As the particle leaves, (..., 4), scalar first and not negative, from body axes to the lab.
-    orientation: NDArray[np.float64]
+    #: Inertia about omega over m a^2, (...); 0 without spin, and of fresh grains, which nobody keeps.
+    inertia: NDArray[np.float64]
 
 
 class DirectModel:
     """Rebounds by direct simulation, with the methods of `sampler.Table` that draw them.
 
-    A grain is a shape and its ratios b/a and c/b. Between walls it tumbles, and meets the next one
-    in the orientation that it then has: `rebound` takes and returns orientations, and `tumble`
-    turns them. Angular velocities are means over free tumbling, (2T/L^2) L, which together with the
-    orientation determine a rotation; with ``domain.omega = "departure"`` they are those of the
-    instant.
+    A grain is a shape and its ratios b/a and c/b. Between walls it tumbles; what stays is its mean
+    angular velocity, omega = (2T/L^2) L, and the inertia about it, L^2 / (2T m a^2), which go in
+    and out. The orientation in which it meets the next wall is drawn, by the keys, from those of
+    free tumbling with these four numbers, each as long as the grain takes it: right after flights
+    of a few turns (`tablegen.model.tumbling`). A grain without spin is oriented uniformly, and so
+    is one whose inertia is not known, as if its spin had come about whatever way it lies. So a
+    chain of rebounds is direct simulation of a whole path.
 
-    The torque of the gas acts on the mean: take `sampler.spin_after` over a time step, then
-    `tumble` by the new one. A batch may mix first and later hits: give a first hit zeros as omega
-    and a random orientation, as ``scipy.spatial.transform.Rotation.random`` makes.
+    A mesh may turn round either side of its axis, which differ if it is not symmetric: which one is
+    drawn anew at every wall.
 
     Parameters
     ----------
@@ -81,9 +81,7 @@ class DirectModel:
     columns = STATE
 
     def __init__(self, config: Config, population: Population | None = None) -> None:
-        instant = config.domain.omega == "departure"
-        particles = population or config.population
-        self._arrays = DirectArrays.of(config.pair, particles, config.model, instant)
+        self._arrays = DirectArrays.of(config.pair, population or config.population, config.model)
 
     @classmethod
     def of_parts(
@@ -100,14 +98,15 @@ class DirectModel:
         speed: ArrayLike,
         *,
         spin: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
         grain: Grain = "own",
-        orientation: ArrayLike | None = None,
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
         rng: np.random.Generator | None = None,
         size: int | tuple[int, ...] | None = None,
         threads: int | None = None,
+        inertia_after: FloatArray | None = None,
     ) -> NDArray[np.float64]:
         """Simulate rebounds in the frame of the wall.
 
@@ -116,15 +115,19 @@ class DirectModel:
         alpha1, speed, seed, index, hit, rng, size, threads
             As for `sampler.Table.sample`. `hit` selects the orientation; it is needed with a spin.
         spin : array, shape (..., 3), optional
-            Angular velocity before the impact times a/V, wall frame; none if left out. A particle
-            may turn by at most 1e6 rad before its first contact: ``2 |spin| / sin(alpha1)``.
+            Mean angular velocity before the impact times a/V, wall frame; none if left out. A
+            particle may turn by at most 1e6 rad before its first contact:
+            ``2 |spin| / sin(alpha1)``.
+        inertia : array, shape (...), optional
+            That about the spin over m a^2, from the smallest to the largest moment of the grain;
+            0, or left out: not known.
         grain : "own", "fresh" or array, shape (..., 3)
             "own": a particle has the same grain at every hit, drawn from the population by
             (seed, index). "fresh": it has another one at every hit, drawn by (seed, index, hit).
             An array: shape code, b/a and c/b of each particle, as `grains` returns them.
-        orientation : array, shape (..., 4), optional
-            Quaternion from body axes to the wall frame, scalar first; uniformly random if left out.
-            That is right for a particle that does not spin, and only roughly for one that does.
+        inertia_after : float64 array, shape (n,), written
+            Inertia of the n particles about their spin after the impact, over m a^2: 0 without
+            spin, and of fresh grains.
 
         Returns
         -------
@@ -139,9 +142,13 @@ class DirectModel:
         RuntimeError
             If a particle is still in contact after 10**8 collisions.
         """
-        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin, orientation=orientation)
+        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin, inertia=inertia)
         call, impacts = self._impacts(given, grain, Keys(seed, index, hit, rng, size))
-        return self._simulated(call, impacts, threads).states.reshape(*call.shape, 6)
+        check_written("inertia_after", inertia_after, (call.rows.n,), np.float64)
+        results = self._simulated(call, impacts, threads)
+        if inertia_after is not None:
+            inertia_after[:] = results.inertia
+        return results.states.reshape(*call.shape, 6)
 
     def rebound(
         self,
@@ -150,8 +157,8 @@ class DirectModel:
         half_size: ArrayLike,
         *,
         omega: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
         grain: Grain = "own",
-        orientation: ArrayLike | None = None,
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
@@ -167,18 +174,15 @@ class DirectModel:
 
         Parameters
         ----------
-        velocity, normal, half_size, omega, wall_velocity
+        velocity, normal, half_size, omega, inertia, wall_velocity
             As for `sampler.Table.rebound`.
         grain, seed, index, hit, rng, size, threads
             As for `sample`.
-        orientation : array, shape (..., 4), optional
-            Quaternion as the centre is the bounding radius away from the wall, from body axes to
-            the lab, scalar first; uniformly random if left out, as for `sample`.
         roughness : float or array, shape (...), optional
             Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
             a smooth wall if left out. The facets are those of `sampler.Table.rebound` with the same
-            keys. A particle that leaves one into the wall hits again with its new spin, its
-            orientation and the same grain.
+            keys. A particle that leaves one into the wall hits again with its new spin and
+            inertia and the same grain.
         isotropic : bool
             As for `sampler.Table.rebound`.
         works : float64 array, shape (n, 2), written
@@ -188,8 +192,8 @@ class DirectModel:
         Returns
         -------
         DirectRebound
-            ``velocity, omega``, both of shape (..., 3), m/s and rad/s, and ``orientation``, shape
-            (..., 4). At exactly normal impact the direction along the wall is uniform.
+            ``velocity, omega``, both of shape (..., 3), m/s and rad/s, and ``inertia``, shape
+            (...), over m a^2. At exactly normal impact the direction along the wall is uniform.
 
         Raises
         ------
@@ -197,7 +201,7 @@ class DirectModel:
             As `sample`; also if a particle does not approach the wall or a normal is zero.
         """
         given = {"velocity": velocity, "normal": normal, "half_size": half_size}
-        given |= present(wall_velocity=wall_velocity, omega=omega, orientation=orientation)
+        given |= present(wall_velocity=wall_velocity, omega=omega, inertia=inertia)
         isotropic = as_isotropic(isotropic, roughness)
         if roughness is not None and works is not None:
             raise InputError("works: got an array, allowed: none with roughness")
@@ -206,61 +210,11 @@ class DirectModel:
             given["across"] = given["roughness"] if isotropic else 0.0
         call, impacts = self._impacts(given, grain, Keys(seed, index, hit, rng, size))
         results = self._simulated(call, impacts, threads, works)
-        parts = results.states[:, :3].copy(), results.states[:, 3:].copy(), results.orientation
-        return DirectRebound(*(part.reshape(*call.shape, part.shape[1]) for part in parts))
-
-    def tumble(
-        self,
-        orientation: ArrayLike,
-        omega: ArrayLike,
-        grain: ArrayLike,
-        half_size: ArrayLike,
-        time: ArrayLike,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Turn particles by free rotation between walls.
-
-        Parameters
-        ----------
-        orientation : array, shape (..., 4)
-            Quaternions as `rebound` returns them.
-        omega : array, shape (..., 3)
-            Angular velocities as `rebound` returns them, rad/s, lab frame.
-        grain : array, shape (..., 3)
-            As `grains` returns them.
-        half_size : array, shape (...)
-            Largest half-sizes a, m. Free rotation is the same for any.
-        time : array, shape (...)
-            Of the flight, s; a particle may turn by at most 1e6 rad.
-
-        Returns
-        -------
-        orientation : float64 array, shape (..., 4)
-            After the flight.
-        omega : float64 array, shape (..., 3)
-            As before; with ``domain.omega = "departure"`` that of the instant after the flight.
-
-        Raises
-        ------
-        InputError
-            If an input has a wrong type or shape or is not allowed. Names the first row.
-        """
-        given = {
-            "orientation": orientation,
-            "omega": omega,
-            "grain": grain,
-            "half_size": as_reals_up_to("half_size", half_size, math.inf, " m"),
-            "time": time,
-        }
-        call = broadcast(given, Keys(rng=np.random.default_rng(0)))
-        n, arrays = call.rows.n, writable_arrays(call)
-        turned = np.array(np.broadcast_to(arrays["orientation"], (n, 4)))
-        spins = np.array(np.broadcast_to(arrays["omega"], (n, 3)))
-        self._check_grains(call, arrays["grain"])
-        _, population, numerics = self._arrays
-        row, code = tumble_all(population, numerics, arrays["grain"], spins, arrays["time"], turned)
-        if row >= 0:
-            raise failure_of(call, row, code)
-        return turned.reshape(*call.shape, 4), spins.reshape(*call.shape, 3)
+        velocity, omega = results.states[:, :3].copy(), results.states[:, 3:].copy()
+        shape = call.shape
+        return DirectRebound(
+            velocity.reshape(*shape, 3), omega.reshape(*shape, 3), results.inertia.reshape(shape)
+        )
 
     def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
         """Return the grains that particles keep, (..., 3), as `sampler.Table.grains`.
@@ -277,10 +231,12 @@ class DirectModel:
         """Broadcast the arguments, with zeros for a spin or a wall velocity that is left out."""
         check_grain_word(grain)
         drawn = isinstance(grain, str)
-        call = broadcast(given if drawn else given | {"grain": grain}, keys)
+        fresh = drawn and grain == "fresh"
+        call = broadcast(given if drawn else given | {"grain": grain}, keys, fresh)
         for name in ("omega", "wall_velocity") if "velocity" in given else ("spin",):
             call.rows.arrays.setdefault(name, np.zeros((1, 3)))
-        impacts = DirectImpacts.of_call(call, fresh=drawn and grain == "fresh")
+        call.rows.arrays.setdefault("inertia", np.zeros(1))
+        impacts = DirectImpacts.of_call(call)
         if impacts.grain is not None:
             self._check_grains(call, impacts.grain)
         return call, impacts
@@ -316,6 +272,8 @@ class DirectModel:
 
         for _ in in_slices(work, call.rows.n, as_threads(threads) or processors()):
             pass  # the results are written
+        if call.rows.fresh:
+            results.inertia[:] = 0.0
         bad = first_not_finite(results.states)
         if bad >= 0:
             raise RuntimeError(f"the particle at {place(bad, call.shape)} is not finite")

@@ -1,12 +1,13 @@
 """Records of the direct model: its laws, impacts and their results, and rows that fail."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sampler.arguments import Call, place
-from sampler.errors import InputError
+from sampler.errors import NOT_FINITE, InputError
 from sampler.messages import row_message
 from tablegen.config.config import ModelSettings
 from tablegen.config.pairs import MaterialPair
@@ -20,7 +21,6 @@ from tablegen.model.impacts import (
     wall_conditions,
 )
 from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
-from tablegen.model.orientation import ORIENTATION_NOT_USABLE
 from tablegen.model.random_particles import OWN_GRAIN, draw_grains
 from tablegen.simulation.batches import unfinished
 
@@ -35,8 +35,7 @@ class DirectArrays(NamedTuple):
     """Laws, particles and numerical parameters of a model, as kernels take them.
 
     ``law``: `LawArguments`. ``population``: `PopulationArguments`. ``numerics``: resolution of
-    contacts, tolerance of flights, and 0 where angular velocities are means over free tumbling, 1
-    where they are those of an instant.
+    contacts, tolerance of flights, and 0 because angular velocities are means over free tumbling.
     """
 
     law: Any
@@ -49,13 +48,12 @@ class DirectArrays(NamedTuple):
         pair: MaterialPair,
         population: Population,
         numerics: ModelSettings,
-        instant: bool = False,
     ) -> "DirectArrays":
-        """Convert the parts of a configuration; ``instant``: angular velocities at departure."""
+        """Convert the parts of a configuration."""
         return cls(
             pair.kernel_arguments(population.only_spheres),
             population.kernel_arguments(),
-            (numerics.contact_resolution, numerics.tolerance, float(instant)),
+            (numerics.contact_resolution, numerics.tolerance, 0.0),
         )
 
 
@@ -68,6 +66,10 @@ _WALL = (
 )
 
 
+#: Status code: an inertia that the grain cannot turn with.
+INERTIA_NOT_ITS_OWN = -105
+
+
 class Failure(Exception):  # noqa: N818  # becomes an error when its row has a name
     """A row that cannot be simulated, and its code: 0 if the particle never leaves the wall."""
 
@@ -76,7 +78,7 @@ class Failure(Exception):  # noqa: N818  # becomes an error when its row has a n
         self.row, self.code = row, code
 
 
-def writable_arrays(call: Call) -> dict[str, NDArray[Any]]:
+def _writable_arrays(call: Call) -> dict[str, NDArray[Any]]:
     """Give the arguments of a call, writable: kernels are compiled for no other arrays."""
     return {
         name: array if array.flags.writeable else array.copy()
@@ -97,8 +99,8 @@ class DirectImpacts(NamedTuple):
     made_at: NDArray[np.uint32]
     #: (n, 3): shape code, b/a and c/b.
     grain: Given = None
-    #: (n, 4): quaternions from body axes to the frame of the impact; None: uniformly random.
-    orientation: Given = None
+    #: (n,): inertia about the spin over m a^2; 0 is not known.
+    inertia: Given = None
     #: Frame of the wall: angle [rad], speed [m/s], and spin times a/V.
     alpha1: Given = None
     speed: Given = None
@@ -114,10 +116,10 @@ class DirectImpacts(NamedTuple):
     across: Given = None
 
     @classmethod
-    def of_call(cls, call: Call, fresh: bool = False) -> "DirectImpacts":
+    def of_call(cls, call: Call) -> "DirectImpacts":
         """Take the arguments of a call."""
-        arrays = writable_arrays(call)
-        made_at = OWN[:0] if "grain" in arrays else arrays["hit"] if fresh else OWN
+        arrays = _writable_arrays(call)
+        made_at = OWN[:0] if "grain" in arrays else arrays["hit"] if call.rows.fresh else OWN
         return cls(np.uint64(call.rows.seed), made_at=made_at, **arrays)
 
     def of(self, rows: slice | NDArray[np.intp]) -> "DirectImpacts":
@@ -142,12 +144,14 @@ class DirectImpacts(NamedTuple):
         return self.seed, self.index, self.hit
 
     def conditions(self, count: int, numerics: tuple[float, float, float]) -> FloatArray:
-        """Compute the conditions of the impacts, (n, 9); raises `Failure` for a row that is bad."""
+        """Compute the conditions of the impacts, (n, 10); raises `Failure` for a bad row."""
         values = np.empty((count, CONDITION_SIZE))
         if self.velocity is None:
-            row, code = wall_conditions(self.alpha1, self.speed, self.spin, numerics, values)
+            impacts = self.alpha1, self.speed, self.spin, self.inertia
+            row, code = wall_conditions(*impacts, numerics, values)
         else:
-            row, code = lab_conditions(self.frame, self.omega, self.keys, numerics, values)
+            turning = self.omega, self.inertia
+            row, code = lab_conditions(self.frame, *turning, self.keys, numerics, values)
         if row >= 0:
             raise Failure(row, code)
         return values
@@ -172,20 +176,20 @@ class DirectResults(NamedTuple):
 
     #: (n, 6): in the frame of the wall velocities over V, angular velocities times a/V; else SI.
     states: FloatArray
-    #: (n, 4): quaternions from body axes to the lab; written for impacts in the lab frame.
-    orientation: FloatArray
+    #: (n,): inertia about the spin over m a^2; 0 without spin.
+    inertia: FloatArray
     #: (n, 2): energies that the normal and the tangential impulses took, J/kg; None: not wanted.
     works: FloatArray | None = None
 
     @classmethod
     def empty(cls, count: int, works: FloatArray | None = None) -> "DirectResults":
         """Make arrays for some impacts."""
-        return cls(np.empty((count, 6)), np.empty((count, 4)), works)
+        return cls(np.empty((count, 6)), np.empty(count), works)
 
     def of(self, part: slice) -> "DirectResults":
         """Select some of the particles."""
         works = None if self.works is None else self.works[part]
-        return DirectResults(self.states[part], self.orientation[part], works)
+        return DirectResults(self.states[part], self.inertia[part], works)
 
 
 def failure_of(call: Call, row: int, code: int) -> Exception:
@@ -195,17 +199,12 @@ def failure_of(call: Call, row: int, code: int) -> Exception:
     if code == 0:
         return unfinished(f"the particle at {at}")
     if code == OUT_OF_BOUNDS:
-        unnamed = ("normal", "half_size", "index", "hit", "grain", "orientation")
+        unnamed = ("normal", "half_size", "index", "hit", "grain", "inertia")
         names = [name for name in arrays if name not in unnamed]
         got = "; ".join(f"{name} {_written(np.atleast_1d(call.at(name, row)))}" for name in names)
         return InputError(
             f"{names[0]}: got {got} at {at}, allowed: an impact at {ALPHA_DEG.words} and "
             f"{SPEED.words}, with a spin of {SPIN.words}"
-        )
-    if code == TURNS_TOO_OFTEN and "time" in arrays:
-        return InputError(
-            f"time: got {call.at('time', row):.9g} with omega {_written(call.at('omega', row))} at "
-            f"{at}, allowed: 0 or more, and |omega| time at most {MOST_TURNED:g} rad"
         )
     if code == TURNS_TOO_OFTEN:
         name = "omega" if "omega" in arrays else "spin"
@@ -213,10 +212,15 @@ def failure_of(call: Call, row: int, code: int) -> Exception:
             f"{name}: got {_written(call.at(name, row))} at {at}, allowed: at most "
             f"{MOST_TURNED:g} rad, 2 |spin| / sin(alpha1), before the first contact"
         )
-    if code == ORIENTATION_NOT_USABLE:
+    if code == NOT_FINITE and not 0.0 <= call.at("inertia", row) < math.inf:
         return InputError(
-            f"orientation: got {_written(call.at('orientation', row))} at {at}, allowed: a "
-            "quaternion of four finite numbers, not all 0"
+            f"inertia: got {call.at('inertia', row):.9g} at {at}, allowed: a finite number, 0 or "
+            "more"
+        )
+    if code == INERTIA_NOT_ITS_OWN:
+        return InputError(
+            f"inertia: got {call.at('inertia', row):.9g} at {at}, allowed: from the smallest to "
+            "the largest moment of the grain over m a^2, or 0 where it is not known"
         )
     return InputError(row_message(call, row, code))
 

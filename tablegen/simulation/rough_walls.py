@@ -1,7 +1,8 @@
 """Direct rebounds from rough walls: from facet to facet until a particle leaves.
 
 The facets are those that `tablegen.model.roughness` draws with the same keys. A bounce begins with
-the spin and the orientation after the one before, and all bounces of a hit have one grain.
+the spin and the inertia after the one before, and all bounces of a hit have one grain. As a table
+does, a bounce draws the phases of the tumbling anew, by its keys: both have one law.
 """
 
 import numpy as np
@@ -43,7 +44,7 @@ def rough_rebounds(arrays: DirectArrays, impacts: DirectImpacts, results: Direct
             smooth_rebounds(arrays, _on_facets(going, len(rows)), after)
         except Failure as failure:
             raise Failure(int(rows[failure.row]), failure.code) from None
-        results.states[rows], results.orientation[rows] = after.states, after.orientation
+        results.states[rows], results.inertia[rows] = after.states, after.inertia
         leaving = np.empty(len(rows), dtype=np.bool_)
         mark_leaving(after.states, going.normal, leaving)
         results.states[rows[leaving], :3] += wall_velocity[rows[leaving]]
@@ -54,7 +55,7 @@ def rough_rebounds(arrays: DirectArrays, impacts: DirectImpacts, results: Direct
         going = going.of(stays)._replace(
             velocity=after.states[stays, :3].copy(),
             omega=after.states[stays, 3:].copy(),
-            orientation=after.orientation[stays],
+            inertia=after.inertia[stays],
         )
     raise Failure(int(rows[0]), CASCADE_NOT_ENDED)
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +44,7 @@ class Simulation:
     """Rebounds of n particles at one impact condition."""
 
     #: (n, 6): u, v, w over V and omega_x, omega_y, omega_z times a / V, in the wall frame. Angular
-    #: velocities are means over the free tumbling, unless ``domain.omega`` says otherwise.
+    #: velocities are means over the free tumbling, or those of the departure on request.
     state: NDArray[np.float64]
     #: (n,): number of collisions of each rebound.
     collisions: NDArray[np.int64]
@@ -58,6 +59,8 @@ class Simulation:
     #: (n, 2): energy lost to the normal and to the tangential impulses of all collisions, over the
     #: kinetic energy before. With `energy` it adds up to one, within the tolerance of the flights.
     work: NDArray[np.float64]
+    #: (n,): inertia about the spin after the rebound, over m a^2; 0 without spin.
+    inertia: NDArray[np.float64]
     #: (7,), or empty: largest violation of each law (`tablegen.model.audit`).
     audit: NDArray[np.float64]
 
@@ -68,6 +71,7 @@ class Simulation:
         collisions: NDArray[np.int64],
         kind: FloatArray,
         energies: FloatArray,
+        inertia: FloatArray,
         audit: FloatArray,
     ) -> "Simulation":
         """Name the columns of arrays that the kernels wrote."""
@@ -80,6 +84,7 @@ class Simulation:
             aspect=kind[:, 1:],
             energy=energies[:, :2],
             work=energies[:, 2:],
+            inertia=inertia,
             audit=audit,
         )
 
@@ -114,11 +119,13 @@ def make_condition(
     resolution: float = CONTACT_RESOLUTION,
     tolerance: float = TOLERANCE,
     omega: str = "mean",
+    inertia: float = 0.0,
 ) -> Condition:
     """Check an impact condition and convert it to the form that kernels take.
 
     Arguments are those of `simulate` and fields of `tablegen.model.impacts.Condition`, whose
-    ``instant`` is given by ``omega``, "mean" or "departure". Raises `InputError` beyond the
+    ``instant`` is given by ``omega``, "mean" or "departure". Of an inertia the nearest counts that
+    a particle can turn with. Raises `InputError` beyond the
     bounds in `tablegen.model.model_bounds`; a spin is up to 5e5 sin(alpha1).
     """
     alpha1 = check_impact_angle(alpha1)
@@ -127,7 +134,8 @@ def make_condition(
     tolerance = bounds.TOLERANCE.checked("tolerance", tolerance)
     cosine, sine = cosine_and_sine(alpha1)
     numerics = resolution, tolerance, float(omega == "departure")
-    return impact_condition(cosine, sine, speed, _check_spin(spin, alpha1, sine), numerics)
+    inertia = bounds.INERTIA.checked("inertia", inertia)
+    return impact_condition(cosine, sine, speed, _check_spin(spin, alpha1, sine), inertia, numerics)
 
 
 def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
@@ -160,15 +168,15 @@ def simulate_condition(
     workers = check_run(count, seed, stream, threads)
     state, collisions = np.empty((count, 6)), np.empty(count, dtype=np.int64)
     # columns: shape and aspect ratios; both parts of energy and of work
-    kind, energies = np.empty((count, 3)), np.empty((count, 4))
+    kind, energies, inertia = np.empty((count, 3)), np.empty((count, 4)), np.empty(count)
     audit = np.zeros(AUDIT_SIZE if audited else 0)
     law = pair.kernel_arguments(population.only_spheres)
     model = law, population.kernel_arguments(), one_row(condition)
 
     def work(part: slice) -> NDArray[np.float64]:
         n, violations = part.stop - part.start, np.zeros(audit.size)
-        keys, axes = keys_of_run(seed, stream, part.start, n), np.empty((n, 6))
-        arrays = keys, axes, state[part], collisions[part], kind[part], energies[part]
+        keys = keys_of_run(seed, stream, part.start, n)
+        arrays = keys, state[part], collisions[part], kind[part], energies[part], inertia[part]
         if audited:
             stuck = simulate_audited(*model, *arrays, violations)
         else:
@@ -181,7 +189,7 @@ def simulate_condition(
         for part, violations in in_slices(work, count, workers):
             np.maximum(audit, violations, out=audit)
             counted.update(part.stop - part.start)
-    result = Simulation.of_arrays(state, collisions, kind, energies, audit)
+    result = Simulation.of_arrays(state, collisions, kind, energies, inertia, audit)
     bad = first_not_finite(state, energies)
     if bad >= 0:
         raise NotFiniteError(bad, seed, stream, result)
@@ -196,6 +204,8 @@ def simulate(
     *,
     seed: int,
     spin: Sequence[float] = (0.0, 0.0, 0.0),
+    inertia: float = 0.0,
+    omega: Literal["mean", "departure"] = "mean",
     population: Population | None = None,
     stream: int = 0,
     threads: int | None = None,
@@ -218,7 +228,12 @@ def simulate(
     seed : int
         0 to 2**64 - 1. Particle i is the same for any count and any number of threads.
     spin : three floats
-        Angular velocity before the impact times a / V, wall axes, each up to 1e3.
+        Mean angular velocity before the impact times a / V, wall axes, each up to 1e3.
+    inertia : float
+        That about the spin before the impact over m a^2, up to 2: the nearest that a particle can
+        turn with. 0: not known; the orientation at the impact is then uniform.
+    omega : "mean" or "departure"
+        Angular velocities of the result: means over the free tumbling, or those of the departure.
     population : Population, optional
         Other particles than the configuration's, for example
         ``config.population.restricted_to("sphere")``.
@@ -240,7 +255,7 @@ def simulate(
     return simulate_condition(
         config.pair,
         population or config.population,
-        make_condition(alpha1, speed, spin, *numerics, config.domain.omega),
+        make_condition(alpha1, speed, spin, *numerics, omega, inertia),
         count,
         seed=seed,
         stream=stream,

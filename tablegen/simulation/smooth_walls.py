@@ -1,32 +1,35 @@
-"""Direct rebounds from smooth walls: conditions, orientations, the kernel, and its results."""
+"""Direct rebounds from smooth walls: conditions, the kernel, and its results."""
 
 import numpy as np
 
 from tablegen.model.impacts import states_to_lab
-from tablegen.model.orientation import axes_from, orientations_from
 from tablegen.model.particle_run import simulate_batch
-from tablegen.model.random_particles import ParticleKeys
-from tablegen.simulation.direct_impacts import DirectArrays, DirectImpacts, DirectResults, Failure
+from tablegen.model.random_particles import ParticleKeys, first_wrong_inertia
+from tablegen.simulation.direct_impacts import (
+    INERTIA_NOT_ITS_OWN,
+    OWN,
+    DirectArrays,
+    DirectImpacts,
+    DirectResults,
+    Failure,
+)
 
 
 def smooth_rebounds(arrays: DirectArrays, impacts: DirectImpacts, results: DirectResults) -> None:
-    """Rebound particles from smooth walls, and write their results; raises `Failure`.
-
-    Impacts in the frame of the wall need no orientations after it, whose kernel is then not
-    compiled.
-    """
+    """Rebound particles from smooth walls, and write their results; raises `Failure`."""
     count = len(results.states)
-    conditions, axes = impacts.conditions(count, arrays.numerics), np.empty((count, 6))
-    oriented = impacts.orientation is not None
-    if oriented:
-        row, code = axes_from(impacts.orientation, impacts.frame, impacts.keys, axes)
+    conditions, made_at = impacts.conditions(count, arrays.numerics), impacts.made_at
+    kind = impacts.kind(count)
+    if impacts.inertia.any():
+        kind, made_at = impacts.grains(count, arrays.population), OWN[:0]
+        row = first_wrong_inertia(arrays.population, kind, conditions)
         if row >= 0:
-            raise Failure(row, code)
-    keys = ParticleKeys(*impacts.keys, impacts.made_at, oriented)
+            raise Failure(row, INERTIA_NOT_ITS_OWN)
     energy = np.empty((count, 2 if results.works is None else 4))
-    unused = np.empty(count, dtype=np.int64), impacts.kind(count)
+    keys, collisions = ParticleKeys(*impacts.keys, made_at), np.empty(count, dtype=np.int64)
     model = arrays.law, arrays.population, conditions, keys
-    stuck = simulate_batch(*model, axes, results.states, *unused, energy)
+    outcome = results.states, collisions, kind, energy, results.inertia
+    stuck = simulate_batch(*model, *outcome)
     if stuck >= 0:
         raise Failure(stuck, 0)
     if impacts.velocity is None:
@@ -36,5 +39,4 @@ def smooth_rebounds(arrays: DirectArrays, impacts: DirectImpacts, results: Direc
         results.works[:] = energy[:, 2:] * (square / energy[:, 0])[:, None]
         moving = impacts.velocity - impacts.wall_velocity
         results.works[:] *= 0.5 * np.square(moving).sum(axis=1, keepdims=True)
-    orientations_from(axes, impacts.frame, impacts.keys, results.orientation)
     states_to_lab(impacts.frame, impacts.keys, results.states)

@@ -90,9 +90,6 @@ def generate(
     as_integer("conditions", conditions, 0, 2**63 - 1, "0 or more")
     if samples is not None:
         as_integer("samples", samples, 1000, 2**63 - 1, "1000 or more")
-    if config.spin and config.domain.omega != "mean":
-        allowed = "'mean' with spin = true, because a spin is given back at the next wall"
-        refuse("domain.omega", repr(config.domain.omega), allowed)
     path = check_output(output)
     if config.population.only_spheres:
         contents = sphere_contents(config)
