@@ -12,7 +12,7 @@ from sampler.formats.channels import STATE
 from sampler.formats.layout import ACCURACY
 from sampler.library import processors
 from sampler.table import Table
-from tablegen.accuracy.chains import LaterHit, chains_of, drawn_from
+from tablegen.accuracy.chains import LaterHit, chains_of
 from tablegen.accuracy.comparison import Comparison, compare
 from tablegen.accuracy.conditions import Place
 from tablegen.config.config import Config
@@ -113,7 +113,7 @@ def measure_chains(
     """
     if not set(STATE) <= set(table.columns):
         return []
-    work = chains_of(drawn_from(table, seed, threads=1), config, seed, samples)
+    work = chains_of(table, config, seed, samples)
     with bar(progress, "chain", total=len(work), desc="later hits") as counted:
         parts = in_threads(lambda chain: chain(), work, counted.update)
     return [hit for part in parts for hit in part]
