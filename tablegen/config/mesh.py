@@ -54,13 +54,20 @@ class MeshParticle:
     #: (3, 3): principal axes (rows, right-handed) in axes of the file.
     axes: FloatArray
 
+    @property
+    def reach(self) -> FloatArray:
+        """Largest distances of vertices from the centre of mass along the axes, (3,)."""
+        return np.abs(self.vertices).max(axis=0)
+
     def body(self) -> Body:
         """Return the particle as the mechanics takes it."""
         j1, j2, j3 = self.moments.tolist()
-        _, b, c = self.half_sizes.tolist()
+        a, b, c = self.reach.tolist()
         candidates = np.zeros((longest_list(self.support_map), 3))
         counts = np.zeros(1, dtype=np.int64)
-        return Body((j1, j2, j3), candidates, counts, b, c, self.bounding_radius, self.support_map)
+        return Body(
+            (j1, j2, j3), candidates, counts, (a, b, c), self.bounding_radius, self.support_map
+        )
 
 
 @dataclass(frozen=True)

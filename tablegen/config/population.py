@@ -137,6 +137,7 @@ def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
     return MeshArguments(
         moments=np.array([p.moments for p in particles]).reshape(-1, 3),
         sizes=np.array(sizes, dtype=np.float64).reshape(-1, 3),
+        reach=np.array([p.reach for p in particles]).reshape(-1, 3),
         firsts=firsts,
         resolutions=np.array([one.resolution for one in maps], dtype=np.int64),
         slack=SLACK,

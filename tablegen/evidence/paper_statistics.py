@@ -120,7 +120,7 @@ def make_statistics(
     normal impact. `tick` is called after each sample.
     """
     statistics = FigureStatistics({name: {} for name in (*SHAPES, TABLE)}, {})
-    departing = config.with_changes({"domain": {"omega": "departure"}})  # as in the paper
+    departing: Any = {"omega": "departure"}  # as in the paper
     (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
     spheres = config.population.restricted_to("sphere")
     for i, alpha_deg in enumerate(ANGLES):
@@ -129,7 +129,14 @@ def make_statistics(
         for k, shape in enumerate(SHAPES):
             stream, of_shape = i * len(SHAPES) + k, config.population.restricted_to(shape)
             made = simulate(
-                departing, alpha1, SPEED, size, seed=seed, stream=stream, population=of_shape
+                config,
+                alpha1,
+                SPEED,
+                size,
+                seed=seed,
+                stream=stream,
+                population=of_shape,
+                **departing,
             )
             parts = made.state, made.collisions, made.energy[:, 1]
             statistics.curves[shape][alpha_deg] = sample_statistics_of(alpha_deg, *parts)

@@ -4,18 +4,17 @@ The files, in the order of a rebound:
 
 1. Which particle, and how does it arrive?
    random_particles  shape, aspect ratios and orientation, from random_numbers (Philox)
+   tumbling          orientation of a grain that turns with a given spin and inertia
    impacts           angle, speed and spin of an impact, from the frame of the wall or of the lab
    frames            vectors, and the frame of the wall in the lab; roughness: facets of a wall
    shapes            vertices, moments of inertia and lowest point of the body
 2. rebound           collisions and flights, one after another, until the particle has left:
+   reach             how far the tumbling body can reach: where it starts, and when it has left
    contact           when and where the body next touches the wall
    rotation          how it turns meanwhile: free rotation of an asymmetric body, a Taylor series
    contact_laws      what a contact gives back: a_nc (6) and C_f (7)
    collision         the impulse of a contact, equations (1)-(5): the root of a cubic
    coulomb           the same under Coulomb friction; sliding: its pieces
-3. How does it leave?
-   orientation       quaternions after the rebound, and tumbling to the next wall
-
 rebound follows one particle, lockstep eight of a shape at a time, in the lanes of vector registers
 (simd), by the same functions; particle_run calls them for many. audit checks every collision and
 flight of a run against the laws in their defining form. elementary has functions with the same bits

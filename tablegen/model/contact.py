@@ -165,7 +165,8 @@ def search_ellipsoid(body, series, y, v, bounds, span):
     E = diag(0, 1 - b^2, 1 - c^2), |D n|^2 is 1 - n . E n, and its second derivative at most
     2 (1 - c^2) (|n'|^2 + |n''|).
     """
-    b2, c2 = body.b * body.b, body.c * body.c
+    _, b, c = body.half
+    b2, c2 = b * b, c * c
     turn, change = bounds
     uneven = 1.0 - c2
     acceleration = maximum(2.0 * (uneven * (2.0 * turn * turn + change) - v * v), TINY)
@@ -199,11 +200,12 @@ def search(body, series, y, v, bounds, span):
 @no_refcount_inline_kernel
 def _ellipsoid_point(body, n1, n2, n3, point):
     """Lowest point of an ellipsoid, -D^2 n / h; returns its depth h."""
-    m2, m3 = body.b * n2, body.c * n3
+    _, b, c = body.half
+    m2, m3 = b * n2, c * n3
     depth = sqrt(n1 * n1 + m2 * m2 + m3 * m3)
     store(point, 0, -n1 / depth)
-    store(point, 1, -body.b * m2 / depth)
-    store(point, 2, -body.c * m3 / depth)
+    store(point, 1, -b * m2 / depth)
+    store(point, 2, -c * m3 / depth)
     return depth
 
 

@@ -84,8 +84,8 @@ def angle_turned(sine, spin):
 def impact_condition(cosine, sine, speed, spin, inertia, numerics):
     """Condition of an impact, with numerical parameters that shrink at grazing and with many turns.
 
-    ``numerics``: resolution of contacts, tolerance of flights, and whether the angular velocity after
-    the impact is that of the departure.
+    ``numerics``: resolution of contacts, tolerance of flights, and whether the angular velocity
+    after the impact is that of the departure.
     """
     resolution = numerics[0] * min(1.0, sine / GRAZING)
     tolerance = numerics[1] / max(1.0, angle_turned(sine, spin) / MANY_TURNS)
@@ -257,7 +257,8 @@ def lab_conditions(impacts, omega, inertia, keys, numerics, values):
     """Conditions of impacts in the lab frame; the results are those of `wall_conditions`.
 
     ``impacts``: velocity, normal, half-size and velocity of the wall, of n rows or one, as is
-    ``omega``, (n, 3) or (1, 3), and ``inertia``, (n,) or (1,); ``keys``: seed, and index and hit of n rows or one.
+    ``omega``, (n, 3) or (1, 3), and ``inertia``, (n,) or (1,); ``keys``: seed, and index and hit of
+    n rows or one.
     """
     for row in range(values.shape[0]):
         turning = vector(omega, row), item(inertia, row)

@@ -22,6 +22,7 @@ from tablegen.model.rebound import (
     approach,
     collide,
     departing_spin,
+    departure_height,
     fly,
     has_no_impulse,
     rotational_energy,
@@ -51,8 +52,8 @@ from tablegen.model.simd import (
 )
 
 #: Rows of the properties of the particles in the slots.
-MOMENTS, B, C, RADIUS, INITIAL, COLLISIONS, TAKEN = 0, 3, 4, 5, 6, 7, 8
-PROPERTIES = 10
+MOMENTS, HALF, RADIUS, INITIAL, COLLISIONS, TAKEN, TOP = 0, 3, 6, 7, 8, 9, 11
+PROPERTIES = 12
 
 #: Rows of a result: state, energies, and the inertia about the spin.
 ENERGIES, INERTIA = 6, 10
@@ -63,8 +64,9 @@ class LaneSlots(NamedTuple):
     """Arrays of WIDTH particles; the last dimension is the slot.
 
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
-    ``properties`` (10, WIDTH): moments, b, c, bounding radius, energy before the impact, collisions
-    so far, energies that the normal and the tangential impulses took; ``condition`` (10, WIDTH) as
+    ``properties`` (12, WIDTH): moments, half-sizes, bounding radius, energy before the impact,
+    collisions so far, energies that the normal and the tangential impulses took, height at which
+    the particle has left; ``condition`` (10, WIDTH) as
     in `tablegen.model.impacts`; ``candidates`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`;
     ``point`` (3, WIDTH): contact points; ``result`` (11, WIDTH): states, energies and inertia of
     particles that have left; ``particle`` (WIDTH,): the index of the particle in each slot.
@@ -122,7 +124,8 @@ def _load_mesh(population, mesh, slots, slot):
     """Load the moments and sizes of a mesh into a slot; it has no candidate vertices yet."""
     for k in range(3):
         slots.properties[MOMENTS + k, slot] = population.meshes.moments[mesh, k]
-        slots.properties[B + k, slot] = population.meshes.sizes[mesh, k]
+        slots.properties[HALF + k, slot] = population.meshes.reach[mesh, k]
+    slots.properties[RADIUS, slot] = population.meshes.sizes[mesh, 2]
     for i in range(slots.counts[slot]):
         for k in range(3):
             slots.candidates[i, k, slot] = 0.0
@@ -137,8 +140,9 @@ def _load_slot(population, conditions, drawn, code, particle, slots, slot):
         for k in range(CONDITION_SIZE):
             slots.condition[k, slot] = conditions[particle, k]
     if code < FIRST_MESH:
-        slots.properties[B, slot] = kind[particle, 1]
-        slots.properties[C, slot] = kind[particle, 1] * kind[particle, 2]
+        slots.properties[HALF, slot] = 1.0
+        slots.properties[HALF + 1, slot] = kind[particle, 1]
+        slots.properties[HALF + 2, slot] = kind[particle, 1] * kind[particle, 2]
     else:
         _load_mesh(population, code - FIRST_MESH, slots, slot)
     for k in range(6):
@@ -152,7 +156,7 @@ def _load_slot(population, conditions, drawn, code, particle, slots, slot):
 def _load_shape(population, code, slots):
     """Load moments, bounding radius and vertices of a shape into all slots, occupied ones too."""
     t = slots.properties
-    b, c = load(t, B), load(t, C)
+    _, b, c = load_three(t, HALF)
     count, bounding_radius = place_vertices(code, b, c, population.truncation, slots.candidates)
     for slot in range(WIDTH):
         slots.counts[slot] = count
@@ -164,8 +168,8 @@ def _load_shape(population, code, slots):
 def _body(slots, candidates, support_map):
     """Body of the particles in the slots."""
     t = slots.properties
-    b, c, radius = load_three(t, B)
-    return Body(load_three(t, MOMENTS), candidates, slots.counts, b, c, radius, support_map)
+    moments, half, radius = load_three(t, MOMENTS), load_three(t, HALF), load(t, RADIUS)
+    return Body(moments, candidates, slots.counts, half, radius, support_map)
 
 
 @no_refcount_kernel
@@ -189,6 +193,8 @@ def _collide(law, body, slots, touching):
     taken = collide(law, *numbers, body.moments, slots.point, motion, slots.series, touching)
     for k in range(2):
         store(slots.properties, TAKEN + k, load(slots.properties, TAKEN + k) + taken[k])
+    top = departure_height(body, condition.instant, motion)
+    store(slots.properties, TOP, select(touching, top, load(slots.properties, TOP)))
     count = load(slots.properties, COLLISIONS) + select(touching, 1.0, 0.0)
     store(slots.properties, COLLISIONS, count)
     return (count > COLLISION_ALARM) | has_no_impulse(taken)
@@ -263,8 +269,8 @@ def follow(law, population, conditions, drawn, code, no_map, members, slots, out
             alarm = _collide(law, body, slots, touching)
             if any_lane(alarm):
                 return _first_of(alarm, slots.particle)
-        tolerance = condition_of(slots.condition).tolerance
-        touches, left = fly(body, tolerance, slots.motion, slots.series, active)
+        flight = load(slots.properties, TOP), condition_of(slots.condition).tolerance
+        touches, left = fly(body, *flight, slots.motion, slots.series, active)
         touching = touches & active
         finished = left & active
         if any_lane(finished):

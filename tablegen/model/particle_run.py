@@ -59,8 +59,9 @@ def follow_one(law, population, condition, drawn, motion, storage, audit):
     ``drawn``: shape code, b / a and c / b; ``motion`` (13,): the orientation, and on return the
     motion after the rebound; ``storage``: arrays for vertices and their number, an empty map, and
     the work space of `rebound`. Returns the status, the number of collisions, the angular velocity
-    in wall axes with the inertia about it and, over the kinetic energy before, translational and rotational energy after the
-    rebound and the energies that the normal and the tangential impulses took.
+    in wall axes with the inertia about it and, over the kinetic energy before, translational and
+    rotational energy after the rebound and the energies that the normal and the tangential impulses
+    took.
     """
     shape, ba, cb = drawn
     candidates, counts, no_map, work = storage

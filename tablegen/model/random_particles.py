@@ -199,15 +199,16 @@ def draw_particles(population, conditions, keys, axes, kind):
             k = start + i
             for j in range(6):
                 axes[k, j] = motion[3 + j, i]
-            condition = conditions[k if conditions.shape[0] > 1 else 0]
-            spin = condition[3], condition[4], condition[5]
-            if condition[INERTIA] == 0.0 or spin == (0.0, 0.0, 0.0):
+            row = k if conditions.shape[0] > 1 else 0
+            known = conditions[row, INERTIA]
+            spin = conditions[row, 3], conditions[row, 4], conditions[row, 5]
+            if known == 0.0 or spin == (0.0, 0.0, 0.0):
                 continue
             moments = moments_of(population, kind[k, 0], kind[k, 1], kind[k, 2])
             if is_round(moments):
                 continue
             phases = words[2, i], words[3, i], words[4, i]
-            n, x = axes_of_tumbling(moments, condition[INERTIA], spin, phases)
+            n, x = axes_of_tumbling(moments, known, spin, phases)
             for j in range(3):
                 axes[k, j], axes[k, 3 + j] = n[j], x[j]
 

@@ -33,7 +33,8 @@ from tablegen.model.coulomb import Ending, coulomb_impulse
 from tablegen.model.frames import cross
 from tablegen.model.impacts import translates
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
-from tablegen.model.rotation import ORDER, evaluate, expand, rate_bounds, series_span
+from tablegen.model.reach import tumbling_reach
+from tablegen.model.rotation import NORMAL, ORDER, evaluate, expand, rate_bounds, series_span
 from tablegen.model.shapes import support_depth
 from tablegen.model.simd import (
     any_lane,
@@ -67,6 +68,9 @@ COLLISION_ALARM = 100_000_000
 #: independent reference simulation passes the bounding radius. At zero, correlations of omega_x and
 #: omega_y differ from the reference's by up to 0.008, at this height by no more than its noise.
 CLEARANCE = 0.006
+
+#: Square of an angle [rad]: a particle that turns less before it has left is followed so far.
+_LONG_WAY = 9.0
 
 
 @no_refcount_inline_kernel
@@ -105,6 +109,23 @@ def departing_spin(moments, instant, motion):
     mean = momentum[0] * scale, momentum[1] * scale, momentum[2] * scale
     w = select_three(instant > 0.0, w, mean)
     return (_dot(w, x), _dot(w, n), _dot(w, z)), inertia
+
+
+@no_refcount_kernel
+def departure_height(body, instant, motion):
+    """Height at which a particle that rises has left.
+
+    No phase of its tumbling touches the wall from there; it is looked for where the way to the
+    bounding radius is long. Where angular velocities of an instant are asked for, it is that of the
+    instant.
+    """
+    w, v, top = load_three(motion, 0), load(motion, V), body.bounding_radius + CLEARANCE
+    way = top - load(motion, HEIGHT)
+    long = (way * way * _dot(w, w) > _LONG_WAY * v * v) & (v > 0.0) & logical_not(instant > 0.0)
+    if any_lane(long):
+        momentum = body.moments[0] * w[0], body.moments[1] * w[1], body.moments[2] * w[2]
+        top = select(long, tumbling_reach(body, momentum, load_three(motion, NORMAL)), top)
+    return top
 
 
 @inline_kernel
@@ -242,17 +263,16 @@ def has_no_impulse(taken):
 
 
 @no_refcount_kernel
-def fly(body, tolerance, motion, series, where):
+def fly(body, top, tolerance, motion, series, where):
     """Move ``motion`` along one flight series: to the next contact, off the wall, or to its end.
 
-    ``tolerance`` is the truncation of the series, ``series`` (9, ORDER + 1) work space; lanes
-    outside of ``where`` stay. Returns whether the particle touches the wall, and whether it has
-    left, `CLEARANCE` above its bounding radius.
+    ``top`` is the height at which a particle that rises has left, ``tolerance`` the truncation of
+    the series, ``series`` (9, ORDER + 1) work space; lanes outside of ``where`` stay. Returns
+    whether the particle touches the wall, and whether it has left.
     """
     y, v = load(motion, HEIGHT), load(motion, V)
     # whether the flight ends is decided by this time and not by a height reached, which
     # rounding may hold back for ever where v is small
-    top = body.bounding_radius + CLEARANCE
     leaving = select(v > 0.0, maximum((top - y) / v, 0.0), math.inf)
     expand(body.moments, motion, series)
     span = minimum(series_span(series, tolerance), leaving)
@@ -270,10 +290,10 @@ def fly(body, tolerance, motion, series, where):
 
 
 @no_refcount_kernel
-def next_contact(body, tolerance, motion, series):
+def next_contact(body, top, tolerance, motion, series):
     """Move ``motion`` to the next contact, or off the wall; tell whether the particle touches."""
     while True:
-        touches, left = fly(body, tolerance, motion, series, True)
+        touches, left = fly(body, top, tolerance, motion, series, True)
         if touches or left:
             return touches
 
@@ -298,11 +318,11 @@ def rebound(law, condition, body, motion, work, audit):
     collisions = 0
     normal = shear = 0.0
     # without spin a particle starts at its contact
-    touches = translates(condition)
+    touches, top = translates(condition), body.bounding_radius
     while True:
         if not touches:
             _remember(motion, before)
-            touches = next_contact(body, condition.tolerance, motion, series)
+            touches = next_contact(body, top, condition.tolerance, motion, series)
             if audit.size > 0:
                 audit_flight(body.moments, before, motion, audit)
             if not touches:
@@ -317,6 +337,7 @@ def rebound(law, condition, body, motion, work, audit):
         normal, shear = normal + taken[0], shear + taken[1]
         if has_no_impulse(taken):
             return UNFINISHED, collisions, taken
+        top = departure_height(body, condition.instant, motion)
         touches = False
         collisions += 1
         if audit.size > 0:
@@ -328,9 +349,9 @@ def rebound(law, condition, body, motion, work, audit):
 def approach(condition, body, motion, where=True):
     """Set velocity, spin and height of oriented particles before their rebound.
 
-    Without spin a particle translates, so it starts at its contact; with spin it starts as high
-    as it can reach and falls, turning. Rows 3:9 of ``motion`` (13,) hold the orientation; the
-    others are written, in the lanes ``where``.
+    Without spin a particle translates, so it starts at its contact; with spin it starts where no
+    phase of its tumbling touches (`tumbling_reach`), and falls, turning. Rows 3:9 of ``motion``
+    (13,) hold the orientation; the others are written, in the lanes ``where``.
     """
     x, n, z = _wall_axes(motion)
     s_x, s_y, s_z = condition.spin
@@ -339,13 +360,16 @@ def approach(condition, body, motion, where=True):
         s_x * x[1] + s_y * n[1] + s_z * z[1],
         s_x * x[2] + s_y * n[2] + s_z * z[2],
     )
-    spin = present_spin(body.moments, spin)
-    store_three(motion, 0, select_three(where, spin, load_three(motion, 0)))
+    present = present_spin(body.moments, spin)
+    store_three(motion, 0, select_three(where, present, load_three(motion, 0)))
     velocity = condition.cosine, -condition.sine, 0.0 * condition.sine
     store_three(motion, U, select_three(where, velocity, load_three(motion, U)))
     height, still = body.bounding_radius, where & translates(condition)
     if any_lane(still):
         height = select(still, support_depth(body, n[0], n[1], n[2]), height)
+    turns = where & logical_not(still)
+    if any_lane(turns):
+        height = select(turns, tumbling_reach(body, spin, n), height)
     store(motion, HEIGHT, select(where, height, load(motion, HEIGHT)))
 
 

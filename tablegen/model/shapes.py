@@ -109,8 +109,9 @@ def support_range(support_map, d1, d2, d3):
 class Body(NamedTuple):
     """Mechanical properties of a particle.
 
-    ``moments`` are the principal moments of inertia per unit mass (j1 <= j2 <= j3), ``b`` and
-    ``c`` the half-sizes, ``bounding_radius`` the largest distance of the surface from the centre.
+    ``moments`` are the principal moments of inertia per unit mass (j1 <= j2 <= j3),
+    ``half`` the half-sizes of a box around the centre that holds the body, (1, b, c) of shapes,
+    ``bounding_radius`` the largest distance of the surface from the centre.
 
     ``candidates`` (m, 3) are the vertices that may be the lowest, the first ``counts[0]`` rows, and
     then centres; none (m = 0) for an ellipsoid of semi-axes (1, b, c). Of most shapes they are all
@@ -121,8 +122,7 @@ class Body(NamedTuple):
     moments: tuple[float, float, float]
     candidates: np.ndarray
     counts: np.ndarray
-    b: float
-    c: float
+    half: tuple[float, float, float]
     bounding_radius: float
     support_map: SupportMap = NO_MAP
 
@@ -131,14 +131,16 @@ class MeshArguments(NamedTuple):
     """The k meshes of a population one after another, for kernels.
 
     ``moments`` (k, 3) per unit mass in units of a^2, ``sizes`` (k, 3): half-sizes b and c, and
-    the bounding radius; the `SupportMap` of mesh i has ``resolutions[i]``, ``slack``, the entries
-    ``firsts[i, 0] : firsts[i + 1, 0]`` of ``starts`` and the rows ``firsts[i, 1] :
-    firsts[i + 1, 1]`` of ``points`` (., 3); its longest list has at most ``longest`` vertices.
-    ``firsts`` is (k + 1, 2) int64; all lengths are in units of a.
+    the bounding radius, ``reach`` (k, 3): largest distances from the centre along the axes; the
+    `SupportMap` of mesh i has ``resolutions[i]``, ``slack``, the entries ``firsts[i, 0] :
+    firsts[i + 1, 0]`` of ``starts`` and the rows ``firsts[i, 1] : firsts[i + 1, 1]`` of ``points``
+    (., 3); its longest list has at most ``longest`` vertices. ``firsts`` is (k + 1, 2) int64; all
+    lengths are in units of a.
     """
 
     moments: np.ndarray
     sizes: np.ndarray
+    reach: np.ndarray
     firsts: np.ndarray
     resolutions: np.ndarray
     slack: float
@@ -220,7 +222,7 @@ def shaped_body(shape, b, c, truncation, vertices, counts, no_map):
     """
     counts[0], bounding_radius = place_vertices(shape, b, c, truncation, vertices)
     moments = inertia(shape, b, c, truncation)
-    return Body(moments, vertices[: counts[0]], counts, b, c, bounding_radius, no_map)
+    return Body(moments, vertices[: counts[0]], counts, (1.0, b, c), bounding_radius, no_map)
 
 
 @no_refcount_inline_kernel
@@ -246,11 +248,11 @@ def mesh_body(meshes, i, candidates, counts, support_map):
     ``counts`` (1,) int64 and ``support_map``, from `mesh_map`.
     """
     moments = (meshes.moments[i, 0], meshes.moments[i, 1], meshes.moments[i, 2])
-    b, c, bounding_radius = meshes.sizes[i, 0], meshes.sizes[i, 1], meshes.sizes[i, 2]
+    half = meshes.reach[i, 0], meshes.reach[i, 1], meshes.reach[i, 2]
     for k in range(candidates.shape[0]):
         candidates[k, 0] = candidates[k, 1] = candidates[k, 2] = 0.0
     counts[0] = 0
-    return Body(moments, candidates, counts, b, c, bounding_radius, support_map)
+    return Body(moments, candidates, counts, half, meshes.sizes[i, 2], support_map)
 
 
 @no_refcount_inline_kernel
@@ -294,7 +296,7 @@ def support_depth(body, n1, n2, n3):
     The wall normal (n1, n2, n3) is in body axes.
     """
     if body.candidates.shape[0] == 0:
-        m2, m3 = body.b * n2, body.c * n3
+        m2, m3 = body.half[1] * n2, body.half[2] * n3
         return sqrt(n1 * n1 + m2 * m2 + m3 * m3)
     update_candidates(body, n1, n2, n3, n1 == n1)
     points, depth = body.candidates, 0.0

@@ -1,6 +1,5 @@
 """Direct rebounds of particles that each have their own velocity, spin and grain."""
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,7 +45,7 @@ class DirectRebound(NamedTuple):
 
     velocity: NDArray[np.float64]
     omega: NDArray[np.float64]
-    #: Inertia about omega over m a^2, (...); 0 without spin, and of fresh grains, which nobody keeps.
+    #: Inertia about omega over m a^2, (...); 0 without spin, and of fresh grains.
     inertia: NDArray[np.float64]
 
 

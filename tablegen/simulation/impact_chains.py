@@ -1,17 +1,15 @@
-"""Chains of impacts: particles that meet one wall after another, and keep grain and orientation.
+"""Chains of impacts: particles that meet one wall after another, with grain, spin and inertia.
 
-Nothing acts on a particle between two walls but a gas that may turn its velocity: it tumbles freely
-and meets the next wall in the orientation that it then has. The statistics there do not depend on
-the length of the flight from 1.5 half-sizes on, so that short random flights stand for any.
+Nothing acts on a particle between two walls but a gas that may turn its velocity. It tumbles freely,
+so that its mean angular velocity and the inertia about it stay; in which orientation it meets the
+next wall is the matter of the law there.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from sampler.formats.bounds import INERTIA
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import HALF_SIZE, MOST_TURNED, SPEED
@@ -25,9 +23,6 @@ WALLS = ("same", "opposite", "any", "corner")
 
 #: Angles [rad] at which walls of any direction are met.
 ANY_ANGLES = (np.radians(5.0), np.radians(85.0))
-
-#: Lengths of flights over a, and the most that a particle turns on one, rad.
-_PATHS, _MOST_TURNED = (5.0, 15.0), 300.0
 
 #: Logarithm of the ratio of spins that are nearly equal, and the share of departures whose spins
 #: are so large that they hardly occur.
@@ -49,8 +44,8 @@ _LEAST_SPEED = 1.001 * SPEED.low
 #: Largest V_e over the largest speed V: a spin of 2.1 V/a reaches it there.
 FASTEST = 2.0
 
-#: Largest spin, times a/V; less than one particle in a hundred thousand has more.
-_MOST_SPIN = 100.0
+#: Largest spin of a table, times a/V.
+_MOST_SPIN = 10.0
 
 
 class Impacts(NamedTuple):
@@ -61,8 +56,8 @@ class Impacts(NamedTuple):
     speed: FloatArray
     #: (n, 3): mean angular velocity before the impact times a/V.
     spin: FloatArray
-    #: (n, 4): quaternions from body axes to wall axes; zeros: not yet known, uniformly random.
-    orientation: FloatArray
+    #: (n,): inertia about the spin over m a^2; 0 without spin, or where it is not known.
+    inertia: FloatArray
     #: (n, 3): shape code, b/a and c/b.
     grain: FloatArray
     #: (n,): keys of the particles; `hit` counts the walls met before.
@@ -80,8 +75,8 @@ class Departures(NamedTuple):
     impacts: Impacts
     #: (n, 6): states; velocities over V, angular velocities times a/V.
     states: FloatArray
-    #: (n, 4): quaternions from body axes to wall axes.
-    orientation: FloatArray
+    #: (n,): inertia about the spin over m a^2; 0 without spin.
+    inertia: FloatArray
     #: (n, 2): energies that the normal and the tangential impulses took, over m V^2 / 2.
     works: FloatArray
 
@@ -91,19 +86,19 @@ class Departures(NamedTuple):
 
 
 def effective_speed(impacts: Impacts) -> FloatArray:
-    """Compute the speed V_e [m/s] that bounds the speed after an impact, (n,)."""
-    return impacts.speed * energy_factor(impacts.spin)
+    """Compute the speeds V_e [m/s] at which translation alone had all of the energy, (n,)."""
+    return impacts.speed * energy_factor(impacts.spin, impacts.inertia)
 
 
-def energy_factor(spin: FloatArray) -> FloatArray:
-    """Compute V_e over V of spins (n, 3) times a/V, shape (n,)."""
-    return np.sqrt(1.0 + INERTIA * np.square(spin).sum(axis=1))
+def energy_factor(spin: FloatArray, inertia: FloatArray) -> FloatArray:
+    """Compute V_e over V of spins (n, 3), times a/V and the inertia about them, shape (n,)."""
+    return np.sqrt(1.0 + inertia * np.square(spin).sum(axis=1))
 
 
 def depart(
     model: DirectModel, impacts: Impacts, seed: int, threads: int | None = None
 ) -> Departures:
-    """Simulate impacts directly, with the grains and orientations that they have."""
+    """Simulate impacts directly, with the grains that they have."""
     n = len(impacts.index)
     velocity = impacts.speed[:, None] * _towards(impacts.alpha1)
     keys: dict[str, Any] = {
@@ -113,9 +108,11 @@ def depart(
         "threads": threads,
     }
     turning = impacts.speed[:, None] / HALF_SIZE  # V/a
-    given: dict[str, Any] = {"omega": impacts.spin * turning, "grain": impacts.grain}
-    if impacts.hit.size and impacts.orientation.any():
-        given["orientation"] = impacts.orientation
+    given: dict[str, Any] = {
+        "omega": impacts.spin * turning,
+        "inertia": impacts.inertia,
+        "grain": impacts.grain,
+    }
     # wall axes: at exactly normal impact the frame of `rebound` is turned at random, and then the
     # law is symmetric about the normal
     works = np.empty((n, 2))
@@ -123,7 +120,7 @@ def depart(
     after = model.rebound(velocity, wall, HALF_SIZE, **given, **keys, works=works)
     states = np.hstack([after.velocity / impacts.speed[:, None], after.omega / turning])
     over = works / (0.5 * np.square(impacts.speed)[:, None])
-    return Departures(impacts, states, after.orientation, over)
+    return Departures(impacts, states, after.inertia, over)
 
 
 def _towards(alpha1: FloatArray) -> FloatArray:
@@ -132,46 +129,39 @@ def _towards(alpha1: FloatArray) -> FloatArray:
     return np.column_stack([np.sqrt(1.0 - sine * sine), -sine, np.zeros(len(alpha1))])
 
 
-def next_impacts(
-    model: DirectModel | None,
-    departures: Departures,
-    walls: NDArray[np.intp],
-    uniform: FloatArray,
-) -> Impacts:
-    """Let particles tumble to their next walls; returns the impacts in the axes of those.
+def next_impacts(departures: Departures, walls: NDArray[np.intp], uniform: FloatArray) -> Impacts:
+    """Let particles fly to their next walls; returns the impacts in the axes of those.
 
-    ``walls`` (n,) are places in `WALLS`; ``uniform`` (n, 3 or more) random numbers from 0 to 1:
-    flight, angle and plane. Without a model orientations are not followed, and are zeros.
+    ``walls`` (n,) are places in `WALLS`; ``uniform`` (n, 2 or more) random numbers from 0 to 1:
+    angle and plane.
     """
     low, high = ANY_ANGLES
     direction = _direction(departures)
-    normal = _normals_at(direction, low + (high - low) * uniform[:, 1], uniform[:, 2])
+    normal = _normals_at(direction, low + (high - low) * uniform[:, 0], uniform[:, 1])
     same, opposite, _, corner = (walls == k for k in range(len(WALLS)))
     normal[same | opposite] = np.where(same, 1.0, -1.0)[same | opposite, None] * [0.0, 1.0, 0.0]
     along = direction * [1.0, 0.0, 1.0]
     along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
     normal[corner] = -along[corner]
     direction = np.where(same[:, None], direction * [1.0, -1.0, 1.0], direction)
-    return _arrive(model, departures, direction, normal, uniform[:, 0])
+    return _arrive(departures, direction, normal)
 
 
-def meet(
-    model: DirectModel, departures: Departures, alpha1: FloatArray, uniform: FloatArray
-) -> Impacts:
-    """Let particles tumble to walls that they meet at given angles [rad], in random planes.
+def meet(departures: Departures, alpha1: FloatArray, plane: FloatArray) -> Impacts:
+    """Let particles fly to walls that they meet at given angles [rad], in random planes.
 
-    ``uniform`` (n, 2) are random numbers from 0 to 1: flight and plane.
+    ``plane`` (n,) are random numbers from 0 to 1.
     """
     direction = _direction(departures)
-    normal = _normals_at(direction, alpha1, uniform[:, 1])
-    return _arrive(model, departures, direction, normal, uniform[:, 0])._replace(alpha1=alpha1)
+    normal = _normals_at(direction, alpha1, plane)
+    return _arrive(departures, direction, normal)._replace(alpha1=alpha1)
 
 
 def with_spins(departures: Departures, size: FloatArray, rng: np.random.Generator) -> Departures:
     """Take departures with spins of some sizes over the V/a after the wall, (n,).
 
-    Orientations go with the spins that walls make, and a large spin goes with others than a small
-    one. So each is that of a particle whose spin was nearly as large, scaled to the size; for sizes
+    An inertia goes with the spins that walls make, and a large spin with another than a small one.
+    So each is that of a particle whose spin was nearly as large, scaled to the size; for sizes
     that hardly occur, that of one with a large spin.
     """
     own = spin_sizes_after(departures)
@@ -197,30 +187,18 @@ def _direction(departures: Departures) -> FloatArray:
     return velocity / np.linalg.norm(velocity, axis=1)[:, None]
 
 
-def _arrive(
-    model: DirectModel | None,
-    departures: Departures,
-    direction: FloatArray,
-    normal: FloatArray,
-    flight: FloatArray,
-) -> Impacts:
-    """Tumble over random flights, and turn to the axes of walls with some normals (n, 3)."""
-    before, states, orientation, _ = departures
+def _arrive(departures: Departures, direction: FloatArray, normal: FloatArray) -> Impacts:
+    """Turn to the axes of walls with some normals (n, 3)."""
+    before, states, inertia, _ = departures
     speed = np.linalg.norm(states[:, :3], axis=1)
     spin = states[:, 3:] / speed[:, None]
     frame = _frame(direction, normal)
-    if model is not None:
-        path = _PATHS[0] + (_PATHS[1] - _PATHS[0]) * flight
-        path = np.minimum(path, _MOST_TURNED / np.maximum(np.linalg.norm(spin, axis=1), 1e-300))
-        turned, _ = model.tumble(orientation, spin, before.grain, 1.0, path)
-        rotated = Rotation.from_matrix(frame) * Rotation.from_quat(turned, scalar_first=True)
-        orientation = rotated.as_quat(scalar_first=True, canonical=True)
     sine = -np.einsum("ni,ni->n", direction, normal)
     return before._replace(
         alpha1=np.arctan2(sine, np.sqrt(np.maximum(1.0 - sine * sine, 0.0))),
         speed=before.speed * speed,
         spin=np.einsum("nij,nj->ni", frame, spin),
-        orientation=orientation,
+        inertia=inertia,
         hit=before.hit + np.uint32(1),
     )
 
@@ -275,10 +253,10 @@ def joined_impacts(parts: list[Impacts]) -> Impacts:
 def first_impacts(
     alpha1: FloatArray, speed: FloatArray, grain: FloatArray, index: NDArray[np.uint64]
 ) -> Impacts:
-    """Make first impacts: no spin, and an orientation that is still to be drawn."""
+    """Make first impacts: no spin."""
     n = len(index)
     hit = np.zeros(n, dtype=np.uint32)
-    return Impacts(alpha1, speed, np.zeros((n, 3)), np.zeros((n, 4)), grain, index, hit)
+    return Impacts(alpha1, speed, np.zeros((n, 3)), np.zeros(n), grain, index, hit)
 
 
 def uniform_numbers(seed: int, index: NDArray[np.uint64], hit: int) -> FloatArray:
@@ -320,7 +298,7 @@ def occurring_impacts(
     for number in range(2, max(HITS) + 1):
         departures = depart(model, impacts, seed, threads)
         numbers = uniform_numbers(seed, impacts.index, number)
-        impacts = next_impacts(model, departures, walls, numbers)
+        impacts = next_impacts(departures, walls, numbers)
         inside = _inside(config, impacts)
         taken.append(impacts.of(inside & (wanted == number)))
         going = inside & (wanted > number)
@@ -332,6 +310,6 @@ def occurring_impacts(
 def _inside(config: Config, impacts: Impacts) -> NDArray[np.bool_]:
     """Whether impacts are within a table's range."""
     (low, high), slowest = np.radians(config.domain.alpha_deg), config.speeds[0]
-    turning = np.abs(impacts.spin).max(axis=1, initial=0.0)
+    turning = np.linalg.norm(impacts.spin, axis=1)
     angles: NDArray[np.bool_] = (low <= impacts.alpha1) & (impacts.alpha1 <= high)
     return angles & (effective_speed(impacts) >= slowest) & (turning <= _MOST_SPIN)

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from sampler.arguments import as_integer
-from sampler.errors import refuse
 from sampler.files import check_output
 from sampler.formats.hdf5 import write_table
 from sampler.table import Table
