@@ -20,7 +20,7 @@ from sampler.formats.channels import has_works
 _NOT_MEASURED = {"ks": (0, 6), "spin": (0, 3)}
 _NOT_MEASURED |= dict.fromkeys(("alpha_deg", "speed", "sliced_wasserstein"), 0)
 _NOT_MEASURED |= dict.fromkeys(("correlation_error", "auc"), 0)
-_NOT_MEASURED |= dict.fromkeys(("chain_ks", "chain_energy", "chain_spin"), 0)
+_NOT_MEASURED |= dict.fromkeys(("chain_ks", "chain_energy", "chain_spin", "chain_angle"), 0)
 
 #: Coefficients of the moments of inertia of ellipsoids, prisms and spheres; others are made up.
 MOMENTS = {0: (0.2, 0.2), 1: (1 / 3, 1 / 3), 4: (0.2, 0.2)}

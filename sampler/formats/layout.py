@@ -224,11 +224,12 @@ SPIN_DATASETS = (
         "spin before the impact of these conditions, times a/V", (checks.within(-1e6, 1e6),)),
     *_distances("spin_accuracy", "n_spin_conditions", "n_spin_columns"),
     *(
-        Dataset(f"spin_accuracy/{name}", "<f8", ("n_chained",), "1", f"{what} after hits of chains")
+        Dataset(f"spin_accuracy/{name}", "<f8", ("n_chained",), "1", f"{what} at hits of chains")
         for name, what in (
             ("chain_ks", "largest Kolmogorov-Smirnov distance"),
-            ("chain_energy", "error of the mean translational energy"),
+            ("chain_energy", "error of the share of the energy that is kept"),
             ("chain_spin", "error of the mean squared spin"),
+            ("chain_angle", "error of the median angle"),
         )
     ),
 )  # fmt: skip

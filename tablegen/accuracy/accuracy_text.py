@@ -98,7 +98,7 @@ def validation_notes(validation: Validation) -> list[str]:
     if validation.own:
         lines.append(
             f"Spin law: {len(validation.own)} conditions without spin, and {len(validation.hits)} "
-            "hits of chains."
+            "groups of hits along chains."
         )
     lines += [_JUDGED, f"Seed {seed}: --seed {seed} makes the same validation again."]
     if little := little_declared(validation.config.accuracy.model_dump()):

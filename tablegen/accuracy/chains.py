@@ -1,148 +1,347 @@
-"""Compare what a spin law says of later hits with direct simulation that keeps the orientation.
+"""Follow grains through sixty hits by a table and by direct simulation, and compare the two.
 
-Particles are followed through six hits, by draws from the table on one side and by direct
-simulation on the other, with the same grains between the same walls; what one wall gets wrong is
-carried to the next. Both sides begin with direct simulation's first impacts, which do not spin.
+There is no gas. A grain flies straight from wall to wall, and after each hit its speed is set back
+to the speed V of its chain, and its spin is scaled in the same proportion. So the sixtieth hit is
+as fast as the first, and errors of a law that depends on the past can grow for as long as they do
+in a cyclone. Grains bounce in one of two geometries (`GEOMETRIES`):
+
+- "cylinder": inside a circular cylinder. Grains that settle into rolling meet its wall at ever
+  flatter angles.
+- "any": between walls of any direction, as between blades or in a bundle of pipes. Each wall is
+  met at an angle from 5 to 85 degrees in a random plane.
+
+Both sides have the same grains, speeds V and first angles. From there each side follows its own
+rebounds, so that an error at one hit is carried to the next.
 """
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sampler.formats.channels import STATE
-from sampler.table import Table
-from tablegen.accuracy.metrics import Estimate, ks, ratio
+from sampler.formats.shape_codes import SHAPE_CODES
+from tablegen.accuracy.metrics import Estimate
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
+from tablegen.model.shapes import FIRST_MESH
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import (
-    WALLS,
-    Departures,
-    Impacts,
-    depart,
-    first_impacts,
-    next_impacts,
-    speeds_measured,
-    uniform_numbers,
-)
 
-#: First impacts of the chains [degrees], hits, and particles a side.
-FIRST_DEG = (10.0, 30.0, 50.0, 75.0)
-HITS = 6
-SAMPLES = 50_000
+GEOMETRIES = ("cylinder", "any")
 
-#: First speed over the fastest of those at which the law was measured.
-_FIRST_SPEED = 0.8
+#: First and last hit of the groups in which hits are compared. Grains do not spin before hit 1.
+GROUPS = ((2, 2), (3, 6), (7, 10), (11, 20), (21, 40), (41, 60))
 
-#: Least angle [rad] at which a chain goes on: a particle that leaves along the wall meets it there.
-_GRAZING = 2e-4
+#: Grains of each kind a side, and the share of them that go on after a hit: the groups behind it
+#: have more hits and need fewer grains.
+SAMPLES, _GO_ON, _LAST_OF_ALL = 20_000, 0.4, 10
 
-#: Function from impacts to the states (n, 6) after them.
-Draw = Callable[[Impacts], FloatArray]
+#: Number of the first particles among which grains of each kind are looked for.
+_SEARCHED = 500_000
+
+#: Range of the speeds V [m/s], as far as the table has them, and most of V over the table's highest
+#: speed: a spin adds to the energy of a grain, and so to the speed that counts.
+_SPEEDS, _OF_HIGHEST = (20.0, 150.0), 0.8
+
+#: Angles [rad] of first hits, and of all hits on walls of any direction.
+ANGLES = (np.radians(5.0), np.radians(85.0))
+
+#: Least sine of an impact angle, which a grain that slides along the wall is given, and largest
+#: spin times a/V. Direct simulation has such limits too, because a grain that meets a wall more
+#: slowly, or turns faster, turns too often before the contact.
+_LEAST_SINE, _MOST_SPIN = 1e-4, 10.0
+
+#: Largest half-size a [m], which does not matter.
+_HALF_SIZE = 2e-5
+
+#: Discs, which roll best, are ellipsoids with b/a above and c/b below these ratios.
+_DISC = (0.9, 0.7)
+
+#: Points of the distribution functions in Kolmogorov-Smirnov distances.
+_QUANTILES = np.linspace(0.0, 1.0, 513)[1:-1]
+
+#: Mean Kolmogorov-Smirnov distance of two samples of one law, the largest of three variables, over
+#: the largest standard error of a difference of their distribution functions: 1.74 of one variable.
+_KS_NOISE = 2.1
+
+#: Variables of a grain that leaves a wall: speed over V, sine of the angle from the wall, |spin|
+#: times a/V.
+_SPEED, _SINE, _SPIN = range(3)
+
+
+class Wall(Protocol):
+    """Law of the wall: a table, a `DirectModel`, or anything with their `rebound`."""
+
+    def rebound(
+        self,
+        velocity: FloatArray,
+        normal: FloatArray,
+        half_size: float,
+        *,
+        omega: FloatArray,
+        inertia: FloatArray,
+        seed: int,
+        index: NDArray[np.uint64],
+        hit: int,
+        threads: int | None,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return velocities (n, 3), spins (n, 3) and inertias (n,) after the wall."""
+
+
+class Arrivals(NamedTuple):
+    """Grains that meet their next walls, in the lab frame; SI units, inertia over m a^2."""
+
+    velocity: FloatArray
+    normal: FloatArray
+    omega: FloatArray
+    inertia: FloatArray
+    index: NDArray[np.uint64]  # type: ignore[assignment]  # hides tuple.index
+    #: Walls met before.
+    hit: int
+
+    def first(self, count: int) -> "Arrivals":
+        """Select the first grains."""
+        return Arrivals(*(array[:count] for array in self[:-1]), self.hit)
+
+    def rebound(self, wall: Wall, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Rebound from the walls by a law."""
+        velocity, normal, omega, inertia, index, hit = self
+        return wall.rebound(
+            velocity,
+            normal,
+            _HALF_SIZE,
+            omega=omega,
+            inertia=inertia,
+            seed=seed,
+            index=index,
+            hit=hit,
+            threads=1,
+        )
 
 
 @dataclass(frozen=True)
 class LaterHit:
-    """Table against direct simulation at a hit of a chain."""
+    """Table against direct simulation at a group of hits of a chain."""
 
-    #: Hit and chain in words.
+    #: Hits, kind of grains and geometry in words.
     place: str
-    #: By limit: ``chain_ks``, ``chain_energy``, ``chain_spin``.
+    #: By limit: ``chain_ks``, ``chain_energy``, ``chain_spin``, ``chain_angle``.
     estimates: dict[str, Estimate]
-    #: Energy after the hit, and squared spin, over those of direct simulation.
-    energy: float
-    spin: float
+    #: Of the table and of direct simulation: share of its translational energy that a grain keeps
+    #: at a hit, mean squared spin after it times (a/V)^2, and median angle at which it leaves.
+    energy: tuple[float, float]
+    spin: tuple[float, float]
+    angle_deg: tuple[float, float]
 
     def to_dict(self) -> dict[str, Any]:
         """Give every number for JSON."""
         return asdict(self)
 
 
-def drawn_from(table: Table, seed: int, threads: int | None = None, *, spin: bool = True) -> Draw:
-    """Make the function that draws the outcomes of impacts from a table.
+def kinds_of_grains(
+    model: DirectModel, seed: int, count: int = SAMPLES
+) -> dict[str, NDArray[np.uint64]]:
+    """Find the indices of the first ``count`` particles of each shape, and of discs, by name."""
+    index = np.arange(_SEARCHED, dtype=np.uint64)
+    code, *ratios = model.grains(seed, index).T
+    names = {number: name for name, number in SHAPE_CODES.items()}
+    kinds = {
+        names.get(number, f"mesh {number - FIRST_MESH + 1}"): index[code == number][:count]
+        for number in np.unique(code).astype(int).tolist()
+    }
+    flat = (code == SHAPE_CODES["ellipsoid"]) & (ratios[0] > _DISC[0]) & (ratios[1] < _DISC[1])
+    if flat.any():
+        kinds["disc"] = index[flat][:count]
+    return kinds
 
-    Without ``spin`` the table does not receive the spin, and every impact is a first one.
+
+def first_arrivals(
+    index: NDArray[np.uint64], alpha1: FloatArray | float, speed: FloatArray | float
+) -> Arrivals:
+    """Let grains without spin meet the wall y = 0 at angles [rad] and speeds [m/s]."""
+    n = len(index)
+    towards = np.broadcast_arrays(np.cos(alpha1), -np.sin(alpha1), np.zeros(n))
+    velocity = np.broadcast_to(speed, n)[:, None] * np.stack(towards, axis=1)
+    normal = np.tile([0.0, 1.0, 0.0], (n, 1))
+    return Arrivals(velocity, normal, np.zeros((n, 3)), np.zeros(n), index, 0)
+
+
+def follow(
+    wall: Wall, arrivals: Arrivals, geometry: str, seed: int, hits: int
+) -> tuple[FloatArray, Arrivals]:
+    """Follow grains through some hits.
+
+    Returns speed over V, sine of the angle from the wall and |spin| times a/V with which grains
+    leave each wall, (3, hits, n), and how they meet the next wall.
     """
+    speed = np.linalg.norm(arrivals.velocity, axis=1)
+    left = np.empty((3, hits, len(speed)))
+    for hit in range(hits):
+        velocity, omega, inertia = arrivals.rebound(wall, seed)
+        size = np.linalg.norm(velocity, axis=1)
+        spin = _HALF_SIZE * np.linalg.norm(omega, axis=1)
+        sine = np.einsum("ni,ni->n", velocity, arrivals.normal) / size
+        left[_SPEED, hit], left[_SINE, hit], left[_SPIN, hit] = size / speed, sine, spin / speed
+        scale = np.minimum(speed / size, _MOST_SPIN * speed / np.maximum(spin, 1e-300))
+        velocity = velocity * (speed / size)[:, None]
+        uniform = np.random.default_rng([seed % 2**64, arrivals.hit]).random((2, len(speed)))
+        velocity, normal = _next_walls(velocity, arrivals.normal, geometry, uniform)
+        arrivals = Arrivals(
+            velocity, normal, omega * scale[:, None], inertia, arrivals.index, arrivals.hit + 1
+        )
+    return left, arrivals
 
-    def draw(impacts: Impacts) -> FloatArray:
-        given: dict[str, Any] = {"spin": impacts.spin, "grain": impacts.grain} if spin else {}
-        keys: dict[str, Any] = {"seed": seed, "index": impacts.index, "hit": impacts.hit}
-        # chains reach spins beyond those of the law, and draws there are compared too
-        drawn = table.sample(impacts.alpha1, impacts.speed, threads=threads, **keys, **given)
-        return drawn[:, : len(STATE)]
 
-    return draw
+def _next_walls(
+    velocity: FloatArray, normal: FloatArray, geometry: str, uniform: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Fly to the next walls; returns the velocities, and the normals there.
+
+    ``uniform`` (2, n) are random numbers from 0 to 1 for walls of any direction: angle and plane.
+    """
+    speed = np.linalg.norm(velocity, axis=1)
+    if geometry == "any":
+        alpha1, turn = ANGLES[0] + (ANGLES[1] - ANGLES[0]) * uniform[0], 2.0 * np.pi * uniform[1]
+        direction = velocity / speed[:, None]
+        first = _unit(np.cross(direction, _far_axes(direction)))
+        second = np.cross(direction, first)
+        side = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
+        return velocity, np.cos(alpha1)[:, None] * side - np.sin(alpha1)[:, None] * direction
+    from_wall = np.einsum("ni,ni->n", velocity, normal)
+    lift = np.maximum(_LEAST_SINE * speed - from_wall, 0.0)
+    velocity = velocity + lift[:, None] * normal
+    velocity *= (speed / np.linalg.norm(velocity, axis=1))[:, None]
+    # the axis is z: the chord ends where the circle of radius 1 around it is met again
+    across = velocity * [1.0, 1.0, 0.0]
+    squared = np.einsum("ni,ni->n", across, across)
+    chord = 2.0 * np.einsum("ni,ni->n", across, normal) / squared
+    return velocity, _unit(normal - chord[:, None] * across)
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
+
+
+def _far_axes(vectors: FloatArray) -> FloatArray:
+    """Give an axis far from each of some unit vectors, (n, 3)."""
+    return np.where(np.abs(vectors[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])
 
 
 def compare_chain(
-    draw: Draw, config: Config, walls: str, alpha_deg: float, seed: int, samples: int
+    wall: Wall,
+    config: Config,
+    kind: tuple[str, NDArray[np.uint64]],
+    geometry: str,
+    seed: int,
 ) -> list[LaterHit]:
-    """Follow particles through six hits on one kind of `WALLS`; compare the second to the last."""
-    model, index = DirectModel(config), np.arange(samples, dtype=np.uint64)
-    alpha1 = np.full(samples, np.radians(alpha_deg))
-    speed = np.full(samples, _FIRST_SPEED * speeds_measured(config)[1])
-    first = first_impacts(alpha1, speed, model.grains(seed, index), index)
-    kinds = np.full(samples, WALLS.index(walls))
-    drawn, direct, hits = first, first, []
-    for hit in range(1, HITS + 1):
-        simulated = depart(model, direct, seed, threads=1)
-        states = draw(drawn)
-        by_table = Departures(drawn, states, np.zeros((samples, 4)), np.zeros((samples, 2)))
-        place = f"hit {hit}, {walls} wall, {alpha_deg:g} degrees first"
-        if hit > 1:
-            hits.append(after_hit(place, by_table, simulated))
-        if hit == HITS:
-            break
-        numbers = uniform_numbers(seed, index, hit)
-        drawn, direct = (
-            _grazing(next_impacts(of, departures, kinds, numbers))
-            for of, departures in ((None, by_table), (model, simulated))
-        )
-    return hits
+    """Follow grains of a kind, a name and indices, on both sides; compare each of the `GROUPS`.
+
+    Speeds V and first angles are spread evenly over their ranges.
+    """
+    name, index = kind
+    low, high = config.domain.speed
+    slow, fast = np.clip(_SPEEDS, low, max(low, _OF_HIGHEST * high))
+    spread = np.random.default_rng([seed % 2**64, len(index)]).random((2, len(index)))
+    alpha1 = ANGLES[0] + (ANGLES[1] - ANGLES[0]) * spread[0]
+    arrivals = first_arrivals(index, alpha1, slow + (fast - slow) * spread[1])
+    sides = []
+    for law in (wall, DirectModel(config)):
+        early, on = follow(law, arrivals, geometry, seed, _LAST_OF_ALL)
+        few = on.first(max(round(_GO_ON * len(index)), 2))
+        late, _ = follow(law, few, geometry, seed, GROUPS[-1][1] - _LAST_OF_ALL)
+        sides.append((early, late))
+    where = "in a cylinder" if geometry == "cylinder" else "between walls of any direction"
+    found = []
+    for first, last in GROUPS:
+        part = int(first > _LAST_OF_ALL)
+        rows = slice(first - 1 - part * _LAST_OF_ALL, last - part * _LAST_OF_ALL)
+        hits = f"hit {first}" if first == last else f"hits {first} to {last}"
+        place = f"{hits}, {name} {where}"
+        found.append(later_hit(place, *(side[part][:, rows] for side in sides)))
+    return found
 
 
-def _grazing(impacts: Impacts) -> Impacts:
-    return impacts._replace(alpha1=np.maximum(impacts.alpha1, _GRAZING))
+def later_hit(place: str, table: FloatArray, direct: FloatArray) -> LaterHit:
+    """Compare what leaves walls at some hits, (3, hits, n) as of `follow`, pair by pair of grains.
 
-
-def after_hit(place: str, drawn: Departures, direct: Departures) -> LaterHit:
-    """Compare speed, angle, size of the spin and its components after a hit."""
-    sides = [side.states * side.impacts.speed[:, None] for side in (drawn, direct)]
-    energies, spins = (
-        [np.sum(states[:, part] ** 2, axis=1) for states in sides]
-        for part in (slice(0, 3), slice(3, 6))
-    )
+    Hits of one grain depend on each other, and so do both sides, which have the same grains. So
+    standard errors are those of means over n differences of pairs, each averaged over hits.
+    """
+    energies, spins = ([side[k] ** 2 for side in (table, direct)] for k in (_SPEED, _SPIN))
+    medians = [float(np.median(side[_SINE])) for side in (table, direct)]
     estimates = {
-        "chain_ks": ks(*map(_observed, sides)),
-        "chain_energy": ratio(*energies),
-        "chain_spin": ratio(*spins),
+        "chain_ks": _ks(table, direct),
+        "chain_energy": _mean_difference(*energies),
+        "chain_spin": _mean_ratio(*spins),
+        "chain_angle": _median_ratio(table[_SINE], direct[_SINE]),
     }
-    over = [float(a.mean() / b.mean()) for a, b in (energies, spins)]
-    return LaterHit(place, estimates, *over)
+    means = [(float(a.mean()), float(b.mean())) for a, b in (energies, spins)]
+    angles = np.degrees(np.arcsin(medians))
+    return LaterHit(place, estimates, *means, (float(angles[0]), float(angles[1])))
 
 
-def _observed(states: FloatArray) -> FloatArray:
-    """Speed, sine of the angle, size of the spin and its components, (n, 6)."""
-    speed = np.linalg.norm(states[:, :3], axis=1)
-    size = np.linalg.norm(states[:, 3:], axis=1)
-    return np.column_stack([speed, states[:, 1] / speed, size, states[:, 3:]])
+def _standard_error(of_hits: FloatArray) -> float:
+    """Compute the standard error of the mean of numbers of hits, (hits, n), of n grains."""
+    of_grains = of_hits.mean(axis=0)
+    return float(of_grains.std() / np.sqrt(of_grains.size))
+
+
+def _mean_difference(table: FloatArray, direct: FloatArray) -> Estimate:
+    """Estimate how far two means are apart."""
+    difference = table - direct
+    return Estimate(abs(float(difference.mean())), _standard_error(difference))
+
+
+def _mean_ratio(table: FloatArray, direct: FloatArray) -> Estimate:
+    """Estimate how far the ratio of two means of positive numbers is from 1."""
+    ratio, mean = float(table.mean() / direct.mean()), float(direct.mean())
+    return Estimate(abs(ratio - 1.0), _standard_error(table - ratio * direct) / mean)
+
+
+def _median_ratio(table: FloatArray, direct: FloatArray) -> Estimate:
+    """Estimate how far the ratio of two medians of positive numbers is from 1."""
+    low, median, high = np.quantile(direct, (0.45, 0.5, 0.55))
+    ratio = float(np.median(table) / median)
+    # a share that is off moves a median by as much over the density there
+    above = (table > ratio * median).astype(float) - (direct > median)
+    slope = (high - low) / 0.1
+    return Estimate(abs(ratio - 1.0), float(_standard_error(above) * slope / median))
+
+
+def _ks(table: FloatArray, direct: FloatArray) -> Estimate:
+    """Estimate the largest Kolmogorov-Smirnov distance of a variable.
+
+    The error is the largest standard error of a difference of distribution functions, and a third
+    of the distance that two samples of one law have (`tablegen.accuracy.metrics`).
+    """
+    values, errors = [], []
+    for a, b in zip(table, direct, strict=True):
+        points = np.quantile(b, _QUANTILES)
+        below = [np.searchsorted(np.sort(x, axis=None), points) / x.size for x in (a, b)]
+        values.append(float(np.abs(below[0] - below[1]).max()))
+        thirds = np.quantile(b, (0.25, 0.5, 0.75))
+        errors.append(max(_standard_error((a < x).astype(float) - (b < x)) for x in thirds))
+    return Estimate(max(values), (1.0 + _KS_NOISE / 3.0) * max(errors), tuple(values))
 
 
 def chains_of(
-    draw: Draw, config: Config, seed: int, samples: int | None = None
+    wall: Wall, config: Config, seed: int, samples: int | None = None
 ) -> list[Callable[[], list[LaterHit]]]:
-    """List the comparisons of all chains that begin within the angles of a configuration.
+    """List the comparisons of a law of the wall with direct simulation, each to be called.
 
-    Each is to be called. ``samples`` are the particles a side, by default and at most `SAMPLES`.
+    There is one for each kind of grains in each geometry, and none if the configuration covers only
+    a part of the angles of first hits. ``samples`` are the grains of a kind a side, by default and
+    at most `SAMPLES`.
     """
-    first, last = config.domain.alpha_deg
-    angles = [alpha for alpha in FIRST_DEG if first <= alpha <= last]
+    low, high = np.radians(config.domain.alpha_deg)
+    if low > ANGLES[0] or high < ANGLES[1]:
+        return []
     count = min(samples or SAMPLES, SAMPLES)
+    kinds = kinds_of_grains(DirectModel(config), seed, count)
     return [
-        partial(compare_chain, draw, config, walls, alpha_deg, seed, count)
-        for walls, alpha_deg in product(WALLS, angles)
+        partial(compare_chain, wall, config, kind, geometry, seed)
+        for kind, geometry in product(kinds.items(), GEOMETRIES)
     ]

@@ -12,7 +12,7 @@ from sampler.formats.channels import STATE
 from sampler.formats.layout import ACCURACY
 from sampler.library import processors
 from sampler.table import Table
-from tablegen.accuracy.chains import LaterHit, chains_of, drawn_from
+from tablegen.accuracy.chains import LaterHit, chains_of
 from tablegen.accuracy.comparison import Comparison, compare
 from tablegen.accuracy.conditions import Place
 from tablegen.config.config import Config
@@ -108,12 +108,12 @@ def measure_chains(
 ) -> list[LaterHit]:
     """Compare a spin law with direct simulation along chains of hits (`tablegen.accuracy.chains`).
 
-    ``samples`` are the particles a side of each. A table that leaves some of the six variables of a
-    state out has none, because a chain goes on from all six.
+    ``samples`` are the grains of a kind a side. A table that leaves some of the six variables of a
+    state out has no chains, because a chain goes on from all six.
     """
     if not set(STATE) <= set(table.columns):
         return []
-    work = chains_of(drawn_from(table, seed, threads=1), config, seed, samples)
+    work = chains_of(table, config, seed, samples)
     with bar(progress, "chain", total=len(work), desc="later hits") as counted:
         parts = in_threads(lambda chain: chain(), work, counted.update)
     return [hit for part in parts for hit in part]

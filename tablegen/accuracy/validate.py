@@ -109,8 +109,8 @@ def validate(
 ) -> Validation:
     """Compare a table with new direct simulation at some conditions between nodes.
 
-    A spin law is compared without spin, and along chains of hits, with direct simulation that keeps
-    the orientation of a grain.
+    A spin law is compared without spin, and along chains of sixty hits
+    (`tablegen.accuracy.chains`).
 
     Parameters
     ----------
@@ -121,8 +121,8 @@ def validate(
     seed : int, optional
         Selects the conditions and all random numbers, 0 to 2**64 - 1; random by default.
     samples : int, optional
-        States a side at each condition, and of the chains, 1000 or more; by default as many as the
-        accuracy needs.
+        States a side at each condition, and grains of a kind in chains, 1000 or more; by default
+        as many as the accuracy needs.
     accuracy : str, optional
         Accuracy that the table is held against: a preset, "compact", "standard" or "fine", or
         limits such as "ks=0.01,spin_auc=0.6". By default the declared accuracy.

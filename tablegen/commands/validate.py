@@ -71,8 +71,8 @@ def validate(
     KS: largest Kolmogorov-Smirnov distance of a variable. Sliced W: sliced Wasserstein distance
     of the standardised states. Corr.: largest error of a correlation. AUC: how well a classifier
     tells table from direct; 0.5 = it cannot. A spin law is compared without spin, and along chains
-    of hits by KS, energy and squared spin, with direct simulation that keeps the orientation of a
-    grain. A number holds if it is within its limit when three errors are taken off.
+    of sixty hits, in a cylinder and between walls of any direction, by KS, energy kept, squared
+    spin and median angle. A number holds if it is within its limit when three errors are taken off.
     Draws of a table of spheres must equal direct simulation but for rounding.
     Exit status 1 if the accuracy is missed; a line then says what to change.
     """

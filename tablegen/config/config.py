@@ -28,7 +28,7 @@ from tablegen.config.field_types import (
 )
 from tablegen.config.grains import GRAINS, named_population
 from tablegen.config.mesh import read_mesh
-from tablegen.config.metric_table import CHAIN_LIMITS, ELLIPSOID_LIMITS
+from tablegen.config.metric_table import CHAIN_LIMITS
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.config.scenes import Tree, merged, parse_toml
@@ -186,11 +186,10 @@ class Config(Record):
 
     @property
     def spin_targets(self) -> SpinTargets:
-        """Largest distances that the spin law declares; those of chains follow the population."""
-        chains = ELLIPSOID_LIMITS if self.population.mostly_ellipsoids else CHAIN_LIMITS
+        """Largest distances that the spin law declares."""
         given = self.spin_accuracy.model_dump(exclude_none=True) if self.spin_accuracy else {}
         preset = {"preset": self.accuracy.preset}
-        return SpinTargets.model_validate({**preset, **chains, **given})
+        return SpinTargets.model_validate({**preset, **CHAIN_LIMITS, **given})
 
     def doubts(self) -> list[str]:
         """Say which values are allowed but look like mistakes, a line each."""

@@ -113,7 +113,7 @@ SPIN_PRESETS: dict[str, dict[str, float]] = {
 
 def _of_chains(what: str) -> Metric:
     """Make the metric of a number of chains of hits, whose limits no preset gives."""
-    return Metric(f"{what}, hits 2 to 6", what, what, {}, {}, {"ge": 1e-3, "le": 10.0})
+    return Metric(f"{what}, hits 2 to 60", what, what, {}, {}, {"ge": 1e-3, "le": 10.0})
 
 
 #: Numbers of the spin law along chains of hits, each the largest over all chains.
@@ -121,11 +121,11 @@ CHAINS: dict[str, Metric] = {
     "chain_ks": _of_chains("KS of chains"),
     "chain_energy": _of_chains("energy of chains"),
     "chain_spin": _of_chains("squared spin of chains"),
+    "chain_angle": _of_chains("angle of chains"),
 }
 
-#: Their limits: three numbers of spin cannot tell more of the past. Ellipsoids keep most of it.
-CHAIN_LIMITS = {"chain_ks": 0.03, "chain_energy": 0.07, "chain_spin": 0.08}
-ELLIPSOID_LIMITS = {"chain_ks": 0.1, "chain_energy": 0.12, "chain_spin": 0.15}
+#: Largest distances of a table that does not state others.
+CHAIN_LIMITS = {"chain_ks": 0.1, "chain_energy": 0.01, "chain_spin": 0.1, "chain_angle": 0.12}
 
 #: Prefix of the limits of the spin law beside those of the first-impact law.
 SPIN = "spin_"

@@ -188,12 +188,6 @@ class Population(Record):
         return self.shapes.positive().keys() == {"sphere"} and not self._weighty_meshes()
 
     @property
-    def mostly_ellipsoids(self) -> bool:
-        """Whether ellipsoids have half of the weight or more."""
-        ellipsoid = SHAPE_CODES["ellipsoid"]
-        return any(part.code == ellipsoid and part.share >= 0.5 for part in self.strata())
-
-    @property
     def nearly_round(self) -> bool:
         """Whether all particles are ellipsoids, with mean aspect ratios above `_NEARLY_ROUND`."""
         if self.shapes.positive().keys() != {"ellipsoid"} or self._weighty_meshes():

@@ -50,8 +50,8 @@ class SpinTargets(_SpinAccuracy):
     """Largest distances from direct simulation that a spin law declares.
 
     Limits named as a metric hold for particles that do not spin, those with ``chain_`` along
-    chains of hits. A distance that is not given is the preset's, and a limit of chains that of the
-    population (`tablegen.config.config.Config.spin_targets`).
+    chains of hits. A distance that is not given is the preset's, and a limit of chains is one of
+    `tablegen.config.metric_table.CHAIN_LIMITS`.
     """
 
     @model_validator(mode="before")

@@ -10,12 +10,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import sampler
 from sampler.files import find_table
 from sampler.library import processors
 from sampler.table import Table
-from tablegen.accuracy.chains import Draw, LaterHit, chains_of, drawn_from
+from tablegen.accuracy.chains import (
+    LaterHit,
+    Wall,
+    chains_of,
+    first_arrivals,
+    follow,
+)
 from tablegen.accuracy.comparison import Measured
 from tablegen.accuracy.judgement import Judged, judge
 from tablegen.accuracy.measure import in_threads
@@ -39,11 +46,13 @@ from tablegen.evidence.methods import (
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import Impacts, depart, occurring_impacts
 from tablegen.simulation.simulate import simulate
 
 #: Purposes of random numbers, apart from those of the benchmarks.
 _DIRECT, _TABLE = 200, 202
+
+#: Angle [rad] and speed [m/s] at which chains begin whose rebounds are timed, and the hit timed.
+_TIMED_ANGLE, _TIMED_SPEED, _TIMED_HIT = np.radians(30.0), 100.0, 6
 
 
 @dataclass(frozen=True)
@@ -206,32 +215,63 @@ def make_accuracy_map(
     return AccuracyMap(alpha, speed, tuple(points), count)
 
 
+class _FirstImpacts:
+    """The first-impact law of a table as a law of the wall for every hit."""
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+
+    def rebound(
+        self,
+        velocity: FloatArray,
+        normal: FloatArray,
+        half_size: float,
+        *,
+        omega: FloatArray,
+        inertia: FloatArray,
+        seed: int,
+        index: NDArray[np.uint64],
+        hit: int,
+        threads: int | None,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Rebound from walls; spins are ignored."""
+        return self.table.rebound(
+            velocity,
+            normal,
+            half_size,
+            grain="fresh",
+            seed=seed,
+            index=index,
+            hit=hit,
+            threads=threads,
+        )
+
+
 def measure_spinning(
     table: Table, config: Config, budget: Budget, seed: int
 ) -> tuple[SpinningWay, ...]:
-    """Time ways to rebound spinning particles at the impacts of chains, and compare them there.
+    """Time ways to rebound spinning particles at the sixth hits of chains, and compare them there.
 
     There is none if no chain begins at the angles of the table.
     """
-    model, pilot = DirectModel(config), np.arange(budget.timed, dtype=np.uint64)
-    impacts = occurring_impacts(config, model, seed, pilot, 1)
-
-    def simulated(impacts: Impacts) -> FloatArray:
-        return depart(model, impacts, seed, 1).states
-
-    # the law without spin may begin at higher speeds than particles have after some walls
-    draws: dict[str, Draw] = {"table, without spin": drawn_from(table, seed, 1, spin=False)}
+    walls: dict[str, Wall] = {
+        "direct simulation": DirectModel(config),
+        "table, without spin": _FirstImpacts(table),
+    }
     if table.has_spin:
-        draws["table, with spin"] = drawn_from(table, seed, 1)
-    hits_of = {"direct simulation": list[LaterHit]()}
-    for name, draw in draws.items():
-        chains = chains_of(draw, config, seed, budget.chained)
+        walls["table, with spin"] = table
+    hits_of = {name: list[LaterHit]() for name in walls}
+    for name in list(walls)[1:]:
+        chains = chains_of(walls[name], config, seed, budget.chained)
         parts = in_threads(lambda chain: chain(), chains, lambda _: None)
         hits_of[name] = [hit for part in parts for hit in part]
     if not hits_of["table, without spin"]:
         return ()
+    index = np.arange(budget.timed, dtype=np.uint64)
+    first = first_arrivals(index, _TIMED_ANGLE, _TIMED_SPEED)
+    _, arrivals = follow(walls["direct simulation"], first, "any", seed, _TIMED_HIT - 1)
     ways = []
     for name, hits in hits_of.items():
-        cost = best_seconds(partial(draws.get(name, simulated), impacts), 5) / len(impacts.index)
+        cost = best_seconds(partial(arrivals.rebound, walls[name], seed), 5) / len(index)
         ways.append(SpinningWay(name, 1e9 * cost, tuple(judge(hits, config.spin_targets))))
     return tuple(ways)

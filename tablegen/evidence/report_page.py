@@ -23,7 +23,7 @@ from tablegen.simulation.simulate import simulate
 _HEADS = [metric.head for metric in METRICS.values()]
 METHOD_HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
 MAP_HEAD = ("condition", *_HEADS, "share of declared", "by")
-SPINNING_HEAD = ("way", "ns, batch", "KS", "energy", "squared spin")
+SPINNING_HEAD = ("way", "ns, batch", "KS", "energy", "squared spin", "angle")
 
 #: Purposes of random numbers, apart from those of the measurements.
 _DIRECT, _TABLE = range(300, 302)
@@ -141,7 +141,7 @@ def _spinning(report: Report) -> list[Block]:
         ]
         for way in report.spinning
     ]
-    caption = "Largest error over the second to sixth hits of chains"
+    caption = "Largest error over the second to sixtieth hits of chains"
     return [TextTable(caption, SPINNING_HEAD, rows)]
 
 

@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from spin_laws import DirectTable
+from direct_table import DirectTable
 from tiny_tables import ROUGH, TINY
 
 from sampler.formats.layout import ACCURACY, SPIN_DATASETS
@@ -107,7 +107,7 @@ def test_conditions_with_own_grain_have_streams_of_their_own(streams):
 def test_is_stored_as_the_layout_says():
     hits = measure_chains(RIGHT, CONFIG, seed=5, samples=100)
     for measured, lengths in (
-        ((measure(RIGHT, CONFIG, OWN, seed=5, samples=1000), hits), (2, 80)),
+        ((measure(RIGHT, CONFIG, OWN, seed=5, samples=1000), hits), (2, 60)),
         ((), (0, 0)),
     ):
         stored = spin_accuracy_datasets(*measured)

@@ -17,8 +17,8 @@ from corrupt_tables import (
     lopsided,
     shifted_speeds,
 )
+from direct_table import DirectTable
 from refusals import refused
-from spin_laws import DirectTable
 from spin_tables import with_spin_law
 from tiny_tables import TINY
 

@@ -1,4 +1,4 @@
-"""Declared accuracy: presets, limits that follow the population, and what a user asks for."""
+"""Declared accuracy: presets, and what a user asks for."""
 
 from itertools import pairwise
 
@@ -6,7 +6,7 @@ import pytest
 from refusals import refused
 
 from tablegen.config.config import load_config
-from tablegen.config.metric_table import CHAIN_LIMITS, ELLIPSOID_LIMITS, PRESETS, SPIN_PRESETS
+from tablegen.config.metric_table import CHAIN_LIMITS, PRESETS, SPIN_PRESETS
 from tablegen.config.targets import AccuracyTargets, SpinTargets, asked_accuracy
 
 CORUNDUM = load_config("corundum-steel")
@@ -34,12 +34,6 @@ def test_limits_of_the_spin_law_change_the_preset_of_the_table():
     limits = {**SPIN_PRESETS["compact"], **CHAIN_LIMITS, "chain_spin": 0.2}
     targets = CORUNDUM.with_changes(changes).spin_targets
     assert targets.model_dump() == {"preset": "compact", **limits}
-
-
-def test_limits_of_chains_follow_the_population():
-    half = CORUNDUM.with_changes({"population": {"shapes": {"ellipsoid": 3.0}}})
-    for config, limits in ((CORUNDUM, CHAIN_LIMITS), (half, ELLIPSOID_LIMITS)):
-        assert {name: getattr(config.spin_targets, name) for name in limits} == limits
 
 
 @pytest.mark.parametrize(
