@@ -29,6 +29,7 @@ from sampler.formats.bounds import (
     N_GROUPS,
     N_INPUTS,
     N_KAPPA_QUANTILES,
+    RATIOS,
     OUTCOME,
     PAIR_BYTES,
     SCORE_MAX,
@@ -188,8 +189,8 @@ SPIN_DATASETS = (
         "node at which the tree of a shape begins", (checks.spin_roots,)),
     Dataset("spin/node_axis", "|i1", ("n_nodes",), "1",
         f"what a node compares: 0 to {N_CONDITIONS - 1} a condition, {N_CONDITIONS} the square of the "
-        "coordinate of the spin",
-        (checks.within(0, N_CONDITIONS),)),
+        f"coordinate of the spin, {N_CONDITIONS + 1} b/a, {N_CONDITIONS + 2} c/b",
+        (checks.within(0, N_CONDITIONS + len(RATIOS)),)),
     Dataset("spin/node_cut", "<f8", ("n_nodes",), "1",
         "values from this on belong to the second child", (checks.within(-MOST_CUT, MOST_CUT),)),
     Dataset("spin/node_child", "<i4", ("n_nodes", 2), "1",

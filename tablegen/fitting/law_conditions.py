@@ -1,11 +1,14 @@
-"""Conditions to which the spin law is fitted: impacts that occur, and all others.
+"""Conditions to which the spin law is fitted: impacts that occur, their neighbours, and all others.
 
-The impacts that occur are the later ones of chains, simulated with the particle's own grain and
-orientation: on the wall of the last impact, as on the outside of a bend, on the opposite one, as in
-a channel, and on walls of any direction. Half of the chains keep their kind of wall. All others are
-of particles that have just left a wall, too: the size of their spin and their speed are scaled, as
-a gas does, and they meet a wall of any direction. So a spin and the orientations that go with it
-are always those of tumbling bodies.
+A condition is complete: angle, speed, spin, the inertia about it and the grain decide the law of the
+rebound, whatever happened to the grain before. So conditions may be spread as flows need them.
+
+- Impacts that occur are those of long chains of hits, on the inside of a cylinder and on walls of
+  any direction, whose speed is set back after each hit. Grains that settle into rolling do so
+  within a few hundredths of a spin; which spins these are, depends on the pair and on the grain,
+  and only chains find them. Half of these impacts are early ones.
+- Their neighbours have other angles and spins of other sizes, as a gas leaves grains.
+- All others are spread over the whole range.
 """
 
 import math
@@ -16,48 +19,43 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from sampler.formats.bounds import INERTIA
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import Config
 from tablegen.config.population import FixedAspect, Population
-from tablegen.fitting.spin_coordinates import SPIN_RANGE
+from tablegen.fitting.spin_coordinates import SPIN_RANGE, Moments, inertia_at, kappa_of
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
-    FASTEST,
-    Departures,
+    WALLS,
     Impacts,
     depart,
     energy_factor,
     first_impacts,
     joined_impacts,
-    meet,
     next_impacts,
     possible,
-    speeds_measured,
-    with_spins,
 )
 
-#: Share of the conditions that come from chains, and hits of a chain.
-_CHAINS, _HITS = 0.55, 6
+#: Angles [degrees] that a spin law covers, whatever a scene's first impacts are: grains leave a
+#: wall at any angle, and meet the next one so.
+LAW_ALPHA_DEG = (0.05, 90.0)
 
-#: Share of the chains that go on after the second impact. Orientations at a second impact differ
-#: from those at later ones, which the spin does not show; if all went on, one in five were second.
-_ON = 0.6
+#: Shares of the impacts that occur, half of them early ones, and of their neighbours.
+_OCCUR, _NEIGHBOURS = 0.45, 0.2
 
-#: Kinds of walls in chains: the first of `tablegen.simulation.impact_chains.WALLS`.
-_KINDS = 3
+#: Hits of early chains and of long ones, and the share of chains between walls of any direction.
+_EARLY, _LONG, _ANY = 5, 40, 0.4
 
-#: Largest spin of conditions over the largest that the law covers.
-_BEYOND = 1.25
+#: Neighbours: standard deviations of the logarithms of spin and angle, of the spin's components
+#: over its size, and of kappa; a third of the spins is scaled down by up to _SLOWED.
+_SPIN, _ANGLE, _TURN, _KAPPA, _SLOWED = 0.4, 0.5, 0.1, 0.05, 1e-3
 
-#: Shares of the impacts without spin: crowded at the steepest angle, and with effective speeds V_e
-#: that only spinning particles have.
-_STEEP, _FAST = 0.33, 0.05
+#: Spread impacts: sizes of slow spins, of most and of fast ones, and the shares of the first two.
+_SLOW, _MOST, _FAST, _SHARES = (1e-3, 0.1), (0.02, 2.0), (1.0, SPIN_RANGE[1]), (0.15, 0.65)
 
-#: Impacts of chains with a larger spin over V/a, or a lower speed [m/s], are left out.
-_FASTEST_SPIN, _SLOWEST = 100.0, 1e-3
+#: Shares of the impacts without spin that are crowded at the steepest angle.
+_STEEP = 0.33
 
 #: Share of the grains whose ratios are spread evenly, so that the law serves other populations, and
 #: the standard deviations to either side of the mean that they cover: a fixed ratio stays fixed.
@@ -65,30 +63,17 @@ _EVEN, _DEVIATIONS = 0.5, 4.0
 
 
 class Range(NamedTuple):
-    """Impacts that are covered: angles [rad], V_e [m/s], and speeds V at which chains begin."""
+    """Impacts that are covered: angles [rad], effective speeds V_e [m/s]."""
 
     alpha: tuple[float, float]
     speed: tuple[float, float]
-    first_speed: tuple[float, float]
 
     @classmethod
     def of(cls, config: Config) -> Self:
         """Find the range that the spin law of a configuration covers."""
-        first, last = (min(math.radians(x), math.pi / 2.0) for x in config.domain.alpha_deg)
+        first, last = min(config.domain.alpha_deg[0], LAW_ALPHA_DEG[0]), LAW_ALPHA_DEG[1]
         low, high = config.speeds
-        return cls((first, last), (low, FASTEST * high), speeds_measured(config))
-
-    def holds(self, impacts: Impacts) -> NDArray[np.bool_]:
-        """Tell which impacts are covered, (n,)."""
-        effective = impacts.speed * energy_factor(impacts.spin)
-        return (
-            (self.alpha[0] <= impacts.alpha1)
-            & (impacts.alpha1 <= self.alpha[1])
-            & (self.speed[0] <= effective)
-            & (effective <= self.speed[1])
-            & (impacts.speed > _SLOWEST)
-            & (np.sum(impacts.spin**2, axis=1) < _FASTEST_SPIN**2)
-        )
+        return cls((math.radians(first), min(math.radians(last), math.pi / 2.0)), (low, high))
 
 
 def ratio_range(population: Population, shape_code: int) -> FloatArray:
@@ -117,6 +102,13 @@ def inertia_coefficients(population: Population, shape_code: int) -> tuple[float
     moments = meshes.moments[shape_code - FIRST_MESH]
     b, c = meshes.sizes[shape_code - FIRST_MESH, :2]
     return float(moments.max() / (1.0 + b * b)), float(moments.min() / (b * b + c * c))
+
+
+def moments_of(population: Population, shape_code: int, ratios: FloatArray) -> Moments:
+    """Compute the moments of inertia of grains of a shape or mesh with ratios (n, 2)."""
+    first, third = inertia_coefficients(population, shape_code)
+    beta, gamma = np.square(ratios).T
+    return Moments(first * (1.0 + beta), third * beta * (1.0 + gamma))
 
 
 def least_inertia(population: Population) -> float:
@@ -148,91 +140,129 @@ def draw_ratios(
     return ratios
 
 
-def _speeds(low: float, high: float, count: int, rng: np.random.Generator) -> FloatArray:
-    """Speeds; half are uniform, half are uniform in the logarithm."""
+def grains_of(
+    population: Population, shape_code: int, count: int, rng: np.random.Generator
+) -> FloatArray:
+    """Draw grains of a shape, (count, 3)."""
+    ratios = draw_ratios(population, shape_code, count, rng)
+    return np.column_stack([np.full(count, float(shape_code)), ratios])
+
+
+def _speeds(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
+    """Draw effective speeds; half are uniform, half are uniform in the logarithm."""
+    low, high = domain.speed
     logarithm = np.exp(rng.uniform(math.log(low), math.log(high), count))
     return np.where(rng.random(count) < 0.5, logarithm, rng.uniform(low, high, count))
 
 
 def _angles(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw angles; half are uniform in the square root, the others are uniform."""
+    """Draw angles, uniform in their square root, in their cube root, and uniform."""
     low, high = domain.alpha
-    root = rng.uniform(math.sqrt(low), math.sqrt(high), count) ** 2
-    even = rng.uniform(low, high, count)
-    return np.clip(np.where(rng.random(count) < 0.5, root, even), low, high)
+    power = rng.choice([1.0, 2.0, 3.0], count, p=[0.4, 0.4, 0.2])
+    root = rng.uniform(low ** (1.0 / power), high ** (1.0 / power))
+    return np.clip(root**power, low, high)
 
 
-def still_impacts(domain: Range, grains: FloatArray, rng: np.random.Generator) -> Impacts:
+def nonspinning_impacts(domain: Range, grains: FloatArray, rng: np.random.Generator) -> Impacts:
     """Draw impacts without spin of some grains (n, 3).
 
-    Some are crowded at the steepest angle, where the law changes most within a degree, and few are
-    faster than a particle that does not spin can be.
+    Some are crowded at the steepest angle, where the law changes most within a degree.
     """
     n = len(grains)
     alpha, steep = _angles(domain, n, rng), rng.random(n) < _STEEP
     low, high = domain.alpha
     alpha[steep] = high - (high - low) * rng.random(int(steep.sum())) ** 2
-    slow, fast = (
-        _speeds(domain.speed[0], most, n, rng) for most in (domain.first_speed[1], domain.speed[1])
-    )
-    speed = np.where(rng.random(n) < _FAST, fast, slow)
-    return first_impacts(alpha, speed, grains, np.arange(n, dtype=np.uint64))
+    return first_impacts(alpha, _speeds(domain, n, rng), grains, np.arange(n, dtype=np.uint64))
 
 
 def chain_impacts(
     model: DirectModel,
     domain: Range,
     grains: FloatArray,
+    hits: int,
     seed: Callable[[int], int],
     rng: np.random.Generator,
-) -> tuple[Impacts, Departures]:
-    """Simulate a chain for each grain (m, 3), until it leaves the domain.
+) -> tuple[Impacts, FloatArray]:
+    """Simulate chains of hits of grains (m, 3).
 
-    ``seed`` gives that of each hit. Returns the second to the last impacts of all chains, and all
-    departures.
+    ``seed`` gives that of each hit. Returns the second to the last impacts of all chains, and the
+    inertias after the first hit, (m,).
     """
-    count = len(grains)
-    alpha, speed = _angles(domain, count, rng), rng.uniform(*domain.first_speed, count)
-    impacts = first_impacts(alpha, speed, grains, np.arange(count, dtype=np.uint64))
-    kind, keeps = rng.integers(0, _KINDS, count), rng.random(count) < 0.5
-    met, left = [impacts.of(slice(0, 0))], []
-    for hit in range(1, _HITS):
+    count, (least, _) = len(grains), domain.alpha
+    impacts = nonspinning_impacts(domain, grains, rng)
+    speed = impacts.speed
+    same, any_way = WALLS.index("same"), WALLS.index("any")
+    walls = np.where(rng.random(count) < _ANY, any_way, same)
+    after_first, met = np.zeros(count), []
+    for hit in range(1, hits):
         departures = depart(model, impacts, seed(hit), threads=1)
-        left.append(departures)
-        walls = np.where(keeps, kind, rng.integers(0, _KINDS, len(keeps)))
-        impacts = next_impacts(model, departures, walls, rng.random((len(keeps), 3)))
-        good = domain.holds(impacts)
-        impacts, keeps, kind = possible(impacts.of(good)), keeps[good], kind[good]
-        met.append(impacts)
         if hit == 1:
-            on = (rng.random(len(good)) < _ON)[good]
-            impacts, keeps, kind = impacts.of(on), keeps[on], kind[on]
-        if not len(keeps):
-            break
-    return joined_impacts(met), joined_departures(left)
+            after_first = departures.inertia
+        impacts = next_impacts(departures, walls, rng.random((count, 2)))
+        alpha = np.maximum(impacts.alpha1, least)
+        impacts = _at_speed(impacts._replace(alpha1=alpha), impacts.spin, impacts.inertia, speed)
+        met.append(impacts)
+    return joined_impacts(met), after_first
+
+
+def _at_speed(
+    impacts: Impacts, spin: FloatArray, inertia: FloatArray, effective: FloatArray
+) -> Impacts:
+    """Give impacts some spins, shortened to those of the law, and effective speeds."""
+    size = np.linalg.norm(spin, axis=1)
+    spin = spin * np.minimum(1.0, SPIN_RANGE[1] / np.maximum(size, 1e-300))[:, None]
+    speed = effective / energy_factor(spin, inertia)
+    return possible(impacts._replace(spin=spin, inertia=inertia, speed=speed))
+
+
+def neighbours(
+    impacts: Impacts, domain: Range, moments: Moments, rng: np.random.Generator
+) -> Impacts:
+    """Change impacts a little, and the sizes of their spins by more, as a gas does."""
+    n, (least, most) = len(impacts.index), domain.alpha
+    size = np.linalg.norm(impacts.spin, axis=1)[:, None]
+    slower = np.where(
+        rng.random(n) < 1.0 / 3.0, np.exp(rng.uniform(math.log(_SLOWED), 0.0, n)), 1.0
+    )
+    spin = impacts.spin + _TURN * size * rng.standard_normal((n, 3))
+    spin *= (slower * np.exp(_SPIN * rng.standard_normal(n)))[:, None]
+    alpha = np.clip(impacts.alpha1 * np.exp(_ANGLE * rng.standard_normal(n)), least, most)
+    kappa = kappa_of(impacts.inertia, moments) + _KAPPA * rng.standard_normal(n)
+    inertia = inertia_at(np.clip(kappa, 0.0, 1.0), moments)
+    return _at_speed(impacts._replace(alpha1=alpha), spin, inertia, _speeds(domain, n, rng))
 
 
 def spread_impacts(
-    model: DirectModel,
-    domain: Range,
-    departures: Departures,
-    count: int,
-    rng: np.random.Generator,
+    domain: Range, grains: FloatArray, moments: Moments, rng: np.random.Generator
 ) -> Impacts:
-    """Draw impacts over the whole domain, of particles that have just left a wall.
+    """Spread impacts of grains (n, 3) over the whole domain.
 
-    The size of tau is uniform (`tablegen.fitting.spin_coordinates`), and the wall has any
-    direction.
+    Half of the spins have any direction; half lie about that of rolling. Half of the inertias are
+    uniform in kappa, and half are those of any direction of the spin in the grain.
     """
-    most = (_BEYOND * SPIN_RANGE[1]) ** 2
-    square = rng.uniform(0.0, math.sqrt(most / math.sqrt(1.0 + most)), count) ** 4
-    # tau^4 = s^4 / (1 + s^2)
-    size = np.sqrt(0.5 * (square + np.sqrt(square * (square + 4.0))))
-    share = 1.0 / np.sqrt(1.0 + INERTIA * size * size)
-    taken = with_spins(departures, size, rng)
-    alpha = _angles(domain, count, rng)
-    impacts = meet(model, taken, alpha, rng.random((count, 2)))
-    return possible(impacts._replace(speed=_speeds(*domain.speed, count, rng) * share))
+    n = len(grains)
+    slow, most = (np.exp(rng.uniform(*np.log(ends), n)) for ends in (_SLOW, _FAST))
+    which = rng.random(n)
+    size = np.where(which < _SHARES[0], slow, rng.uniform(*_MOST, n))
+    size = np.where(which < sum(_SHARES), size, most)
+    direction = _unit(rng.standard_normal((n, 3)))
+    rolling = _unit(0.5 * direction * [1.0, 1.0, 2.0] - [0.0, 0.0, 1.2])
+    direction = np.where((rng.random(n) < 0.5)[:, None], rolling, direction)
+    shortest = rng.random(n)  # squared cosine of the angle to the shortest axis, by its root
+    kappa = np.where(rng.random(n) < 0.5, rng.random(n), kappa_of_place(shortest**2))
+    impacts = first_impacts(_angles(domain, n, rng), np.ones(n), grains, np.arange(n, dtype="u8"))
+    inertia = inertia_at(kappa, moments)
+    return _at_speed(impacts, size[:, None] * direction, inertia, _speeds(domain, n, rng))
+
+
+def kappa_of_place(place: FloatArray) -> FloatArray:
+    """Compute kappa at places from 0 to 1 of the reciprocal inertia, (n,)."""
+    first, second = np.sqrt(place), np.sqrt(1.0 - place)
+    return first / (first + second)
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
 def spinning_impacts(
@@ -243,28 +273,33 @@ def spinning_impacts(
     count: int,
     seed: Callable[[int], int],
     rng: np.random.Generator,
-) -> Impacts:
-    """Draw impacts with spin in random order.
+) -> tuple[Impacts, FloatArray]:
+    """Draw at least ``count`` impacts with spin, in random order, and kappas after first hits."""
 
-    There are about ``count``, and fewer if chains leave the domain.
-    """
-    chains = math.ceil(_CHAINS * count / (1.0 + _ON * (_HITS - 2.0)))
-    grains = grains_of(population, shape_code, chains, rng)
-    met, departures = chain_impacts(model, domain, grains, seed, rng)
-    spread = spread_impacts(model, domain, departures, count - math.floor(_CHAINS * count), rng)
-    both = joined_impacts([met, spread])
-    return both.of(rng.permutation(len(both.index)))
+    def occurring(wanted: float, hits: int, first: int) -> tuple[Impacts, FloatArray]:
+        grains = grains_of(population, shape_code, math.ceil(wanted / (hits - 1)), rng)
+        met, inertia = chain_impacts(
+            model, domain, grains, hits, lambda hit: seed(first + hit), rng
+        )
+        moments = moments_of(population, shape_code, grains[:, 1:])
+        known = inertia > 0.0
+        return met, kappa_of(np.where(known, inertia, moments.largest), moments)[known]
 
-
-def grains_of(
-    population: Population, shape_code: int, count: int, rng: np.random.Generator
-) -> FloatArray:
-    """Draw grains of a shape, (count, 3)."""
-    ratios = draw_ratios(population, shape_code, count, rng)
-    return np.column_stack([np.full(count, float(shape_code)), ratios])
-
-
-def joined_departures(parts: list[Departures]) -> Departures:
-    """Put departures one after another."""
-    impacts = joined_impacts([part.impacts for part in parts])
-    return Departures(impacts, *(np.concatenate([part[k] for part in parts]) for k in (1, 2, 3)))
+    half = 0.5 * (_OCCUR + _NEIGHBOURS) * count
+    early, kappa = occurring(half, _EARLY, 0)
+    late, _ = occurring(half, _LONG, _EARLY)
+    both = joined_impacts([early, late])
+    both = both.of((both.inertia > 0.0) & (np.square(both.spin).sum(axis=1) > 0.0))
+    both = both.of(rng.permutation(len(both.index)))
+    near = math.floor(len(both.index) * _NEIGHBOURS / (_OCCUR + _NEIGHBOURS))
+    changed = both.of(slice(0, near))
+    moments = moments_of(population, shape_code, changed.grain[:, 1:])
+    grains = grains_of(population, shape_code, count - math.floor(2.0 * half), rng)
+    everywhere = spread_impacts(
+        domain, grains, moments_of(population, shape_code, grains[:, 1:]), rng
+    )
+    parts = [both.of(slice(near, None)), neighbours(changed, domain, moments, rng), everywhere]
+    impacts = joined_impacts(parts)
+    impacts = impacts.of(rng.permutation(len(impacts.index)))
+    index = np.arange(len(impacts.index), dtype=np.uint64)
+    return impacts._replace(index=index, hit=np.ones(len(index), dtype=np.uint32)), kappa

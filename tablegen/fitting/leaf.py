@@ -19,16 +19,8 @@ from sampler.formats.bounds import (
 from tablegen.fitting.experts import Experts, fit_experts
 from tablegen.fitting.marginals import normal_scores
 from tablegen.fitting.resolution import SpinSizes
-from tablegen.fitting.round_grains import differences
 from tablegen.fitting.rounding import rounded, rounded_together
-from tablegen.fitting.spin_coordinates import (
-    SpeedCoordinate,
-    coordinates,
-    features,
-    folded,
-    outcomes,
-    used_features,
-)
+from tablegen.fitting.spin_coordinates import features, used_features
 from tablegen.fitting.spin_scores import StoredExperts, bounded_scores
 from tablegen.model.float_array import FloatArray
 
@@ -47,21 +39,10 @@ _NEVER = 60 * GATE_UNIT
 
 
 class Rebounds(NamedTuple):
-    """Rebounds of n particles.
+    """Rebounds of n particles: inputs (n, 8) of their conditions, and outcomes (n, 7 or 8)."""
 
-    Conditions (n, 5), ratios (n, 2), states (n, 6), E (n,), the most energy before, and the
-    outcomes of the works (n, 2), or (n, 0) for a law without them; ``turned`` (n,) are fitted as
-    mirror images. ``spheres`` are the states (n, 6) of spheres whose outcomes are taken off, if
-    any.
-    """
-
-    conditions: FloatArray
-    ratios: FloatArray
-    states: FloatArray
-    energy: FloatArray
-    shares: FloatArray
-    turned: NDArray[np.bool_]
-    spheres: FloatArray | None = None
+    inputs: FloatArray
+    outcomes: FloatArray
 
 
 class LeafArrays(NamedTuple):
@@ -76,31 +57,20 @@ class LeafArrays(NamedTuple):
     quantiles: NDArray[np.float32]
 
 
-def _inputs_and_outcomes(
-    rebounds: Rebounds, speed: SpeedCoordinate
-) -> tuple[FloatArray, FloatArray]:
-    """Compute inputs (n, 7) and outcomes (n, 6 or 8) of rebounds."""
-    q, signs = folded(coordinates(rebounds.conditions, speed), rebounds.turned)
-    values = outcomes(rebounds.states, rebounds.energy)
-    if rebounds.spheres is not None:
-        of_spheres = outcomes(rebounds.spheres, rebounds.energy)
-        values = differences(values, of_spheres, rebounds.ratios)
-    return np.hstack([q, rebounds.ratios]), np.hstack([values * signs, rebounds.shares])
-
-
 def fit_leaf(
     around: Rebounds,
     inside: Rebounds,
-    speed: SpeedCoordinate,
     sizes: SpinSizes,
     rng: np.random.Generator,
+    *,
+    positive: bool = True,
 ) -> LeafArrays:
     """Fit a leaf.
 
     Experts are fitted to rebounds in the leaf and around it, in random order. Quantiles follow from
-    the outcomes of other rebounds inside it.
+    the outcomes of other rebounds inside it. ``positive``: whether p_v is, and not a difference.
     """
-    inputs, values = _inputs_and_outcomes(around, speed)
+    inputs, values = around
     centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
     varies = spread > _SAME
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
@@ -111,10 +81,9 @@ def fit_leaf(
         features(t)[:, used], t[:, varies], scores, sizes.groups, sizes.experts, rng
     )
     stored = _stored(experts, used)
-    inputs, wanted = _inputs_and_outcomes(inside, speed)
-    drawn = bounded_scores(stored, features((inputs - centre) * scale), rng)
-    quantiles = _quantiles(drawn, wanted, sizes.knots)
-    if inside.spheres is None:
+    drawn = bounded_scores(stored, features((inside.inputs - centre) * scale), rng)
+    quantiles = _quantiles(drawn, inside.outcomes, sizes.knots)
+    if positive:
         quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
     return LeafArrays(centre, scale, *stored, quantiles)
 
@@ -157,7 +126,7 @@ def _stored(fitted: Experts, used: NDArray[np.bool_]) -> StoredExperts:
 
 
 def _quantiles(scores: NDArray[np.float32], wanted: FloatArray, knots: int) -> NDArray[np.float32]:
-    """Outcomes, (6 or 8, knots), at equal steps of the bounded score."""
+    """Outcomes, (7 or 8, knots), at equal steps of the bounded score."""
     at = np.linspace(-SCORE_MAX, SCORE_MAX, knots)
     outcomes = wanted.shape[1]
     quantiles = np.empty((outcomes, knots), dtype=np.float32)

@@ -18,7 +18,7 @@ _LEAST_SAMPLES = 100_000
 _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
 
 #: Conditions with spin that are drawn for each rebound that a leaf is fitted to.
-_CONDITIONS = 0.2
+_CONDITIONS = 0.25
 
 
 class Resolution(NamedTuple):
@@ -46,7 +46,7 @@ class SpinSizes(NamedTuple):
     """Sizes of a spin law."""
 
     leaves: int  # of a shape, for conditions with spin
-    still_leaves: int  # of a shape, for conditions without
+    nonspinning_leaves: int  # of a shape, for conditions without
     groups: int  # of a leaf; a file has room for 8
     experts: int  # of a group; a file has room for 16
     rebounds: int  # for the fit of a leaf, and half as many again for its quantiles
@@ -61,7 +61,7 @@ class SpinSizes(NamedTuple):
         """Sizes of one shape; spheres need few leaves, because their rebounds are not random."""
         if shape_code != SHAPE_CODES["sphere"]:
             return self
-        return self._replace(leaves=max(self.leaves // 4, 1), still_leaves=1)
+        return self._replace(leaves=max(self.leaves // 4, 1), nonspinning_leaves=1)
 
 
 #: Sizes by preset of the accuracy, with the leaves of all shapes together.
@@ -79,10 +79,10 @@ def spin_sizes(config: Config) -> SpinSizes:
     """
     table, preset = config.table, SPIN_SIZES[config.accuracy.preset]
     shapes = len(config.population.kernel_arguments().shape_codes)
-    still_leaves = math.ceil(preset.still_leaves / shapes)
+    nonspinning_leaves = math.ceil(preset.nonspinning_leaves / shapes)
     return preset._replace(
         leaves=table.spin_leaves or math.ceil(preset.leaves / shapes),
-        still_leaves=min(still_leaves, table.spin_leaves or still_leaves),
+        nonspinning_leaves=min(nonspinning_leaves, table.spin_leaves or nonspinning_leaves),
         groups=table.spin_groups or preset.groups,
         experts=table.spin_experts or preset.experts,
         rebounds=table.spin_rebounds or preset.rebounds,

@@ -6,8 +6,6 @@ the outcomes of ellipsoids are stored less those of the sphere that has their me
 inertia, over 1 - c/a; a draw adds these (``rbti_add_spheres`` in C).
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,8 +13,13 @@ from sampler.formats.bounds import LEAST_FLATNESS
 from tablegen.config.config import Config
 from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
+from tablegen.fitting.spin_coordinates import outcomes_of
 from tablegen.model.impacts import GRAZING
 from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.impact_chains import Impacts, energy_factor
+
+#: Moment of inertia of a sphere over m a^2.
+_INERTIA = 0.4
 
 _SPHERES = Population.model_validate({"shapes": {"sphere": 1.0}})
 
@@ -36,23 +39,32 @@ def less_spheres(config: Config) -> bool:
     return shapes and not config.population.meshes and config.model.contact_resolution <= GRAZING
 
 
-def sphere_states(config: Config, conditions: FloatArray, ratios: FloatArray) -> FloatArray:
-    """Compute the states (n, 6) of spheres in place of grains of ratios (n, 2).
+def sphere_outcomes(config: Config, impacts: Impacts) -> FloatArray:
+    """Compute the outcomes p and o (n, 6) of spheres in place of the grains of impacts.
 
-    Conditions (n, 5) are those of `tablegen.fitting.spin_coordinates.coordinates`.
+    The spheres have the mean moments of inertia of the grains, and their own energies.
     """
-    b, c = ratios[:, 0], ratios.prod(axis=1)
-    radius = np.sqrt((1.0 + b * b + c * c) / 3.0)[:, None]
+    b, c = impacts.grain[:, 1], impacts.grain[:, 1:].prod(axis=1)
+    radius = np.sqrt((1.0 + b * b + c * c) / 3.0)
+    spin = radius[:, None] * impacts.spin
     model = DirectModel.of_parts(config.pair, _SPHERES, config.model)
-    keys: dict[str, Any] = {"seed": 0, "index": np.arange(len(ratios)), "hit": 0, "threads": 1}
-    states = model.sample(*conditions[:, :2].T, spin=radius * conditions[:, 2:], **keys)
-    states[:, 3:] /= radius
-    return states
+    states = model.sample(
+        impacts.alpha1,
+        impacts.speed,
+        spin=spin,
+        inertia=_INERTIA,
+        seed=0,
+        index=np.arange(len(b)),
+        hit=0,
+        threads=1,
+    )
+    inertia = np.full(len(b), _INERTIA)
+    return outcomes_of(states, inertia, energy_factor(spin, inertia) ** 2)
 
 
-def differences(values: FloatArray, of_spheres: FloatArray, ratios: FloatArray) -> FloatArray:
+def differences(outcomes: FloatArray, of_spheres: FloatArray, ratios: FloatArray) -> FloatArray:
     """Compute outcomes less those of spheres, over 1 - c/a; of p_v the logarithms, (n, 6)."""
     flat = np.maximum(1.0 - ratios.prod(axis=1), LEAST_FLATNESS)[:, None]
-    less = values - of_spheres
-    less[:, 1] = np.log(values[:, 1] / of_spheres[:, 1])
+    less = outcomes - of_spheres
+    less[:, 1] = np.log(outcomes[:, 1] / of_spheres[:, 1])
     return less / flat

@@ -1,9 +1,9 @@
 """Conditions and outcomes of the spin law as the numbers that are fitted.
 
-With spin s = a Omega / V before the impact, no body of half-size a has a moment of inertia above
-2/3 m a^2, and so no more energy than m V_e^2 / 2, V_e = V sqrt(1 + 2/3 |s|^2). A grain with the
-largest moment j_1 m a^2 has at most m V^2 E / 2, E = 1 + j_1 |s|^2. That bounds its speed after the
-impact.
+A grain that arrives with the spin s = a Omega / V and the inertia k about it, over m a^2, has the
+energy m V^2 / 2 times E = 1 + k |s|^2. What it leaves with is a part of that energy: so much in
+its velocity, so much in its rotation, and the rest is the loss. The outcomes p, o and kappa are
+such that any values of them are a possible rebound (`sampler.formats.bounds.OUTCOMES`).
 """
 
 from typing import NamedTuple
@@ -11,16 +11,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.bounds import LEAST_REST, N_CONDITIONS
+from sampler.formats.bounds import (
+    EQUAL_MOMENTS,
+    FOLD,
+    LEAST_REST,
+    N_CONDITIONS,
+    RATIOS,
+    SPIN_CORE,
+)
 from tablegen.model.float_array import FloatArray
-from tablegen.simulation.impact_chains import energy_factor
+from tablegen.simulation.impact_chains import Impacts, effective_speed
 
 #: Sizes of the spin over V/a that a law covers.
 SPIN_RANGE = (0.0, 10.0)
 
-#: Signs of the outcomes, and of the numbers of a condition, under reflection in the impact plane.
-OUTCOME_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
-CONDITION_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0])
+#: Signs of the first seven outcomes under reflection in the impact plane, and of the inputs.
+OUTCOME_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0, 1.0])
+INPUT_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
+
+#: Column of sigma_x among the inputs.
+_SIGMA_X = 2
 
 #: Pairs of numbers of a condition whose products are features.
 _PAIRS = np.triu_indices(N_CONDITIONS)
@@ -37,68 +47,111 @@ class SpeedCoordinate(NamedTuple):
         return np.exp(-self.coefficient * speed**self.exponent)
 
 
-def coordinates(conditions: FloatArray, speed: SpeedCoordinate) -> FloatArray:
-    """Compute the coordinates q of impacts: sqrt(alpha1), that of V_e, and tau of the spin.
+class Moments(NamedTuple):
+    """Largest and smallest moments of inertia of n grains over m a^2, (n,) each."""
 
-    Conditions, (n, 5), are the impact angle [rad], V [m/s] and the spin s over V/a in wall axes.
-    tau = s / (1 + |s|^2)^(1/4) is s where that is small, and grows with the root of a large one, on
-    which a law depends less. Larger spins than `SPIN_RANGE` have the tau of the largest.
+    largest: FloatArray
+    smallest: FloatArray
+
+    @property
+    def differ(self) -> NDArray[np.bool_]:
+        """Tell of which grains the moments differ, (n,)."""
+        return np.asarray(self.largest - self.smallest > EQUAL_MOMENTS * self.largest)
+
+
+def kappa_of(inertia: FloatArray, moments: Moments) -> FloatArray:
+    """Compute the place kappa of inertias between the moments of their grains, (n,).
+
+    It is 0 for a grain that turns about its longest axis, 1 about its shortest, and 1/2 where all
+    axes are equal. Near either end it grows with the angle between spin and axis.
     """
-    spin = conditions[:, 2:]
-    square = np.sum(spin * spin, axis=1)
-    most = SPIN_RANGE[1] ** 2
-    scale = np.sqrt(np.where(square > most, most / np.maximum(square, most), 1.0))
-    scale /= np.sqrt(np.sqrt(1.0 + np.minimum(square, most)))
+    high, low = 1.0 / moments.smallest, 1.0 / moments.largest
+    span = np.where(moments.differ, high - low, 1.0)
+    place = np.clip((high - 1.0 / inertia) / span, 0.0, 1.0)
+    first, second = np.sqrt(place), np.sqrt(1.0 - place)
+    return np.where(moments.differ, first / (first + second), 0.5)
+
+
+def inertia_at(kappa: FloatArray, moments: Moments) -> FloatArray:
+    """Compute the inertias over m a^2 at places kappa from 0 to 1, (n,)."""
+    place = kappa**2 / (kappa**2 + (1.0 - kappa) ** 2)
+    high, low = 1.0 / moments.smallest, 1.0 / moments.largest
+    return np.where(moments.differ, 1.0 / (high - place * (high - low)), moments.largest)
+
+
+def inputs_of(impacts: Impacts, moments: Moments, speed: SpeedCoordinate) -> FloatArray:
+    """Compute the inputs of impacts, (n, 8).
+
+    They are sqrt(alpha1), the coordinate of V_e, the coordinate sigma of the spin in wall axes,
+    kappa of the inertia about it, and the ratios. sigma has the direction of the spin. Its size
+    begins at `SPIN_CORE`, because the law depends on the direction of the slowest spin; it grows
+    as a small spin does, and as the root of a large one, on which a law depends less.
+    """
+    spin = impacts.spin
+    size = np.linalg.norm(spin, axis=1)
+    turns = size > 0.0
+    factor = SPIN_CORE / np.where(turns, size, 1.0) + 1.0 / np.sqrt(np.sqrt(1.0 + size * size))
+    inertia = np.where(turns, impacts.inertia, moments.largest)
     return np.column_stack(
         [
-            np.sqrt(conditions[:, 0]),
-            speed.of(conditions[:, 1] * energy_factor(spin)),
-            spin * scale[:, None],
+            np.sqrt(impacts.alpha1),
+            speed.of(effective_speed(impacts)),
+            spin * factor[:, None],
+            np.where(turns, kappa_of(inertia, moments), 0.0),
+            impacts.grain[:, 1:],
         ]
     )
 
 
-def outcomes(states: FloatArray, energy: FloatArray) -> FloatArray:
-    """Compute the outcomes x of rebounds from states (n, 6) and energies E before, (n,).
+def turned_by_chance(inputs: FloatArray, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Choose conditions that are fitted as their mirror images, (n,), as a draw chooses them.
 
-    Velocities over V sqrt(E) become w / sqrt(1 - |w|^2), so that only the positive normal velocity
-    is bounded. Angular velocities are times a / (V sqrt(E)).
+    So sigma_x becomes positive, but that near 0 a condition may be of either image.
     """
-    scaled = states / np.sqrt(energy)[:, None]
-    rest = np.maximum(1.0 - np.sum(scaled[:, :3] ** 2, axis=1), LEAST_REST)
-    return np.column_stack([scaled[:, :3] / np.sqrt(rest)[:, None], scaled[:, 3:]])
+    chance = 0.5 + inputs[:, _SIGMA_X] * (0.5 / FOLD)
+    return np.asarray(rng.random(len(inputs)) >= chance)
 
 
-def work_shares(
-    states: FloatArray, works: FloatArray, energy: FloatArray, least: FloatArray
-) -> FloatArray:
-    """Compute the outcomes a and b of works over m V^2 / 2, (n, 2).
+def folded(inputs: FloatArray, turned: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    """Reflect the inputs (n, 8) that are ``turned``, (n,), in the impact plane.
 
-    The works have the share b of what states (n, 6) leave of the energies E before, (n,), if they
-    rotate about the axes of the least moments of inertia (n,); the normal work has a^6 of that.
-    At grazing incidence it is so small that its sixth root is easier to interpolate.
-    """
-    left = energy - np.sum(states[:, :3] ** 2, axis=1) - least * np.sum(states[:, 3:] ** 2, axis=1)
-    taken = works.sum(axis=1)
-    share = np.divide(works[:, 0], taken, out=np.zeros_like(taken), where=taken > 0.0)
-    part = np.divide(taken, left, out=np.zeros_like(taken), where=left > 0.0)
-    return np.column_stack([np.cbrt(np.sqrt(np.clip(share, 0.0, 1.0))), np.clip(part, 0.0, 1.0)])
-
-
-def folded(q: FloatArray, turned: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """Reflect the conditions (n, 5) that are ``turned``, (n,), in the impact plane.
-
-    Returns the conditions, and factors of the outcomes, (n, 6): `OUTCOME_SIGNS` for reflected
-    conditions, else 1.
+    Returns the inputs, and factors of the outcomes, (n, 7): `OUTCOME_SIGNS` for reflected
+    conditions, else ones.
     """
     mirrored = turned[:, None]
-    return np.where(mirrored, q * CONDITION_SIGNS, q), np.where(mirrored, OUTCOME_SIGNS, 1.0)
+    return np.where(mirrored, inputs * INPUT_SIGNS, inputs), np.where(mirrored, OUTCOME_SIGNS, 1.0)
+
+
+def outcomes_of(states: FloatArray, inertia: FloatArray, energy: FloatArray) -> FloatArray:
+    """Compute the outcomes p and o of rebounds, (n, 6).
+
+    States (n, 6) have velocities over V and angular velocities times a/V; the inertias (n,) are
+    those about the spin after the rebound, the energies (n,) those before it. p is the velocity
+    over the root of the energy that it leaves, and o the angular velocity, times the root of the
+    inertia, over the root of the energy that both leave, which the wall takes.
+    """
+    left = energy - np.sum(states[:, :3] ** 2, axis=1)
+    loss = left - inertia * np.sum(states[:, 3:] ** 2, axis=1)
+    left, loss = (np.maximum(part, LEAST_REST * energy)[:, None] for part in (left, loss))
+    return np.hstack(
+        [states[:, :3] / np.sqrt(left), states[:, 3:] * np.sqrt(inertia[:, None] / loss)]
+    )
+
+
+def normal_share(works: FloatArray) -> FloatArray:
+    """Compute the outcome a of works (n, 2), normal and shear: the sixth root of the normal share.
+
+    At grazing incidence the share is so small that its sixth root is easier to interpolate.
+    """
+    taken = works.sum(axis=1)
+    share = np.divide(works[:, 0], taken, out=np.zeros_like(taken), where=taken > 0.0)
+    return np.cbrt(np.sqrt(np.clip(share, 0.0, 1.0)))
 
 
 def features(t: FloatArray) -> FloatArray:
-    """Compute the features (n, 23) of standardised conditions and ratios t (n, 7).
+    """Compute the features (n, 30) of standardised inputs t (n, 8).
 
-    They are 1, t_i, and t_i t_j for i <= j < 5, less 1/2 where i = j.
+    They are 1, t_i, and t_i t_j for i <= j < 6, less 1/2 where i = j.
     """
     i, j = _PAIRS
     products = t[:, i] * t[:, j] - 0.5 * (i == j)
@@ -106,6 +159,11 @@ def features(t: FloatArray) -> FloatArray:
 
 
 def used_features(varies: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Select the features, (23,), that vary if only some of the 7 inputs do, (7,)."""
+    """Select the features, (30,), that vary if only some of the 8 inputs do, (8,)."""
     i, j = _PAIRS
     return np.concatenate([[True], varies, varies[i] & varies[j]])
+
+
+#: Axes of a tree: the six conditions, |sigma|^2, then the ratios.
+SPIN_AXIS = N_CONDITIONS
+AXES = np.array([*range(N_CONDITIONS), *(N_CONDITIONS + 1 + k for k in range(len(RATIOS)))])

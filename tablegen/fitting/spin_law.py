@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from sampler.formats.bounds import FOLD, SPEED_COORDINATE
+from sampler.formats.bounds import N_KAPPA_QUANTILES, SPEED_COORDINATE
 from sampler.formats.channels import has_works
 from tablegen.checkpoints import Arrays, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
@@ -22,19 +22,24 @@ from tablegen.fitting.law_conditions import (
     Range,
     grains_of,
     inertia_coefficients,
+    moments_of,
+    nonspinning_impacts,
     ratio_range,
     spinning_impacts,
-    still_impacts,
 )
 from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes
-from tablegen.fitting.round_grains import less_spheres, sphere_laws, sphere_states
+from tablegen.fitting.round_grains import differences, less_spheres, sphere_laws, sphere_outcomes
 from tablegen.fitting.spin_coordinates import (
     SPIN_RANGE,
     SpeedCoordinate,
-    coordinates,
     folded,
-    work_shares,
+    inertia_at,
+    inputs_of,
+    kappa_of,
+    normal_share,
+    outcomes_of,
+    turned_by_chance,
 )
 from tablegen.fitting.tree import Tree, grow, joined
 from tablegen.model.float_array import FloatArray
@@ -46,21 +51,20 @@ from tablegen.simulation.impact_chains import Impacts, depart, energy_factor
 _EXPONENT, _HALF_WAY = 0.5, 0.2
 
 #: Number of conditions without spin over the rebounds of a leaf.
-_STILL = 0.5
+_NONSPINNING = 0.5
 
-#: Angles [rad] by which particles tumble on before each rebound of a fit.
-_TUMBLED = 3.0, 15.0
+#: Column of kappa among the inputs.
+_KAPPA = 5
 
 
 class LeafConditions(NamedTuple):
     """Conditions of a leaf, float32, which are reflected, and which are in it, (n,) bool.
 
-    Conditions (n, 5), ratios (n, 2), and quaternions (n, 4) from body to wall axes; zeros: random.
+    Conditions (n, 6) are angle, speed, the spin's components, and kappa; ratios (n, 2).
     """
 
     conditions: NDArray[np.float32]
     ratios: NDArray[np.float32]
-    orientation: NDArray[np.float32]
     turned: NDArray[np.bool_]
     inside: NDArray[np.bool_]
 
@@ -68,19 +72,19 @@ class LeafConditions(NamedTuple):
 class ShapeConditions(NamedTuple):
     """Conditions of the leaves of a shape, one leaf after another, and the tree of the leaves.
 
-    The first five are those of `LeafConditions`; ``starts`` (leaves + 1,) is where each leaf
-    begins; the others are those of `Tree`.
+    The first four are those of `LeafConditions`; ``starts`` (leaves + 1,) is where each leaf
+    begins; ``axis``, ``cut`` and ``child`` are those of `Tree`; ``kappa`` are quantiles.
     """
 
     conditions: NDArray[np.float32]
     ratios: NDArray[np.float32]
-    orientation: NDArray[np.float32]
     turned: NDArray[np.bool_]
     inside: NDArray[np.bool_]
     starts: NDArray[np.int64]
     axis: NDArray[np.int8]
     cut: FloatArray
     child: NDArray[np.int32]
+    kappa: FloatArray
 
     @property
     def leaves(self) -> int:
@@ -90,7 +94,7 @@ class ShapeConditions(NamedTuple):
     def of_leaf(self, number: int) -> LeafConditions:
         """Conditions of one leaf."""
         part = slice(self.starts[number], self.starts[number + 1])
-        return LeafConditions._make(column[part] for column in self[:5])
+        return LeafConditions._make(column[part] for column in self[:4])
 
 
 def spin_law(
@@ -122,6 +126,7 @@ def spin_law(
     return {
         **_covered(config, codes),
         **_forest(shapes),
+        "spin/kappa_quantiles": np.array([shape.kappa for shape in shapes]),
         **stacked,
         **({"spin/laws": sphere_laws(config)} if less_spheres(config) else {}),
     }
@@ -136,7 +141,7 @@ def _covered(config: Config, codes: list[int]) -> dict[str, NDArray[Any]]:
         "spin/ratio_range": np.array([ratio_range(config.population, code) for code in codes]),
         "spin/aspect": arguments.aspect,
         "spin/speed_coordinate": np.array(speed_coordinate(config)),
-        "spin/alpha_range_deg": np.array(config.domain.alpha_deg),
+        "spin/alpha_range_deg": np.degrees(Range.of(config).alpha),
         "spin/speed_range": np.array(Range.of(config).speed),
         "spin/spin_range": np.array(SPIN_RANGE),
         "spin/shape_inertia": np.array(
@@ -179,55 +184,86 @@ def _stream(key: str, number: int = 0) -> int:
 
 def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str) -> Arrays:
     """Draw the conditions of the leaves of a shape, and grow their tree: `ShapeConditions`."""
-    domain, population = Range.of(config), config.population
+    domain, population, model = Range.of(config), config.population, DirectModel(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
-    spinning = spinning_impacts(
-        DirectModel(config),
-        domain,
-        population,
-        shape_code,
-        sizes.conditions,
-        partial(_stream, key),
-        rng,
+    spinning, kappa = spinning_impacts(
+        model, domain, population, shape_code, sizes.conditions, partial(_stream, key), rng
     )
-    count = math.ceil(_STILL * sizes.rebounds) * sizes.still_leaves
-    still = still_impacts(domain, grains_of(population, shape_code, count, rng), rng)
-    first, parts = _grown(config, still, sizes.still_leaves, sizes.rebounds)
-    second, others = _grown(config, spinning, sizes.leaves, sizes.rebounds)
+    count = math.ceil(_NONSPINNING * sizes.rebounds) * sizes.nonspinning_leaves
+    grains = grains_of(population, shape_code, count, rng)
+    nonspinning = nonspinning_impacts(domain, grains, rng)
+    with threadpool_limits(limits=1, user_api="blas"):
+        grown = [
+            _grown(model, config, impacts, leaves, sizes.rebounds, _stream(key, 1000 + number), rng)
+            for number, (impacts, leaves) in enumerate(
+                [(nonspinning, sizes.nonspinning_leaves), (spinning, sizes.leaves)]
+            )
+        ]
+    (first, parts), (second, others) = grown
     tree, parts = joined(first, len(parts), second), [*parts, *others]
     columns = (np.concatenate(column) for column in zip(*parts, strict=True))
     starts = np.cumsum([0, *(len(part.inside) for part in parts)])
-    whole = ShapeConditions._make([*columns, starts, *tree])
+    quantiles = np.quantile(kappa, np.linspace(0.0, 1.0, N_KAPPA_QUANTILES))
+    whole = ShapeConditions._make([*columns, starts, *tree, quantiles])
     return whole._asdict()
 
 
 def _grown(
-    config: Config, impacts: Impacts, leaves: int, most: int
+    model: DirectModel,
+    config: Config,
+    impacts: Impacts,
+    leaves: int,
+    most: int,
+    seed: int,
+    rng: np.random.Generator,
 ) -> tuple[Tree, list[LeafConditions]]:
-    """Tree of impacts, and at most ``most`` conditions of each leaf.
-
-    Leaves at the fold have the conditions next to it on the other side, too.
-    """
-    speed = impacts.speed
+    """Grow the tree of impacts of one shape; take at most ``most`` conditions of each leaf."""
+    shape_code = int(impacts.grain[0, 0])
     if not config.pair.restitution.depends_on_speed:
         # all at one V_e: no leaf is cut in it
-        speed = config.speeds[1] / energy_factor(impacts.spin)
-    conditions = np.column_stack([impacts.alpha1, speed, impacts.spin])
-    q, tilt = coordinates(conditions, speed_coordinate(config)), impacts.spin[:, 0]
-    near = np.flatnonzero((tilt != 0.0) & (np.abs(q[:, 2]) < FOLD))
-    number = np.concatenate([np.arange(len(q)), near])
-    order = np.argsort(number, kind="stable")
-    number, beyond = number[order], order >= len(q)
-    turned = (tilt[number] < 0.0) != beyond
-    tree, grown = grow(folded(q[number], turned)[0], leaves, ~beyond)
+        speed = config.speeds[1] / energy_factor(impacts.spin, impacts.inertia)
+        impacts = impacts._replace(speed=speed)
+    moments = moments_of(config.population, shape_code, impacts.grain[:, 1:])
+    plain = inputs_of(impacts, moments, speed_coordinate(config))
+    turned = turned_by_chance(plain, rng)
+    rebounds = _rebounds(model, config, impacts, turned, seed)
+    tree, grown = grow(rebounds.inputs, rebounds.outcomes, leaves, rng)
+    kappa = plain[:, _KAPPA]
+    columns = np.column_stack([impacts.alpha1, impacts.speed, impacts.spin, kappa])
     parts = []
     for leaf in grown:
-        rows = number[leaf.rows[:most]]
-        columns = conditions[rows], impacts.grain[rows, 1:], impacts.orientation[rows]
-        met, ratios, pose = (column.astype("f4") for column in columns)
-        reflected = turned[leaf.rows[:most]]
-        parts.append(LeafConditions(met, ratios, pose, reflected, leaf.inside[:most]))
+        rows = leaf.rows[:most]
+        parts.append(
+            LeafConditions(
+                columns[rows].astype("f4"),
+                impacts.grain[rows, 1:].astype("f4"),
+                turned[rows],
+                leaf.inside[:most],
+            )
+        )
     return tree, parts
+
+
+def _rebounds(
+    model: DirectModel, config: Config, impacts: Impacts, turned: NDArray[np.bool_], seed: int
+) -> Rebounds:
+    """Simulate a rebound of each impact of one shape: folded inputs and outcomes."""
+    shape_code = int(impacts.grain[0, 0])
+    moments = moments_of(config.population, shape_code, impacts.grain[:, 1:])
+    inputs = inputs_of(impacts, moments, speed_coordinate(config))
+    left = depart(model, impacts, seed, threads=1)
+    energy = energy_factor(impacts.spin, impacts.inertia) ** 2
+    turns = left.inertia > 0.0
+    after = np.where(turns, left.inertia, moments.largest)
+    values = outcomes_of(left.states, after, energy)
+    if less_spheres(config):
+        values = differences(values, sphere_outcomes(config, impacts), impacts.grain[:, 1:])
+    values = np.column_stack([values, kappa_of(after, moments)])
+    inputs, signs = folded(inputs, turned)
+    values = values * signs
+    if has_works(config.domain.columns):
+        values = np.column_stack([values, normal_share(left.works)])
+    return Rebounds(inputs, values)
 
 
 def leaf_task(
@@ -236,42 +272,37 @@ def leaf_task(
     """Simulate rebounds at the conditions of a leaf, and fit it: `LeafArrays`."""
     model = DirectModel(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
-    largest, smallest = inertia_coefficients(config.population, shape_code)
 
     def rebounds(rows: NDArray[np.int64], number: int, count: int) -> Rebounds:
         # each condition about equally often, in random order
         order = rng.permutation(np.resize(rng.permutation(rows), count))
-        met, ratios, pose = (column[order].astype("f8") for column in place[:3])
-        # pi/2 in single precision is above pi/2
-        met[:, 0] = np.minimum(met[:, 0], math.pi / 2.0)
-        grains = np.column_stack([np.full(len(met), float(shape_code)), ratios])
-        impacts = Impacts(met[:, 0], met[:, 1], met[:, 2:], pose, grains, *_keys(len(met)))
-        left = depart(model, _turned(model, impacts, rng), _stream(key, number), threads=1)
-        beta, gamma = np.square(ratios).T
-        energy = 1.0 + largest * (1.0 + beta) * np.sum(met[:, 2:] ** 2, axis=1)
-        shares = work_shares(left.states, left.works, energy, smallest * beta * (1.0 + gamma))
-        held = shares if has_works(config.domain.columns) else shares[:, :0]
-        spheres = sphere_states(config, met, ratios) if less_spheres(config) else None
-        return Rebounds(met, ratios, left.states, energy, held, place.turned[order], spheres)
+        impacts = _impacts(config, shape_code, place, order)
+        return _rebounds(model, config, impacts, place.turned[order], _stream(key, number))
 
-    around = rebounds(np.arange(len(place.conditions)), 0, sizes.rebounds)
-    within = rebounds(np.flatnonzero(place.inside), 1, sizes.rebounds // 2)
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
-        leaf = fit_leaf(around, within, speed_coordinate(config), sizes, rng)
+        around = rebounds(np.arange(len(place.conditions)), 0, sizes.rebounds)
+        within = rebounds(np.flatnonzero(place.inside), 1, sizes.rebounds // 2)
+        leaf = fit_leaf(around, within, sizes, rng, positive=not less_spheres(config))
     return leaf._asdict()
 
 
-def _keys(count: int) -> tuple[NDArray[np.uint64], NDArray[np.uint32]]:
-    """Index and hit of rebounds whose seed is their own."""
-    return np.arange(count, dtype=np.uint64), np.zeros(count, dtype=np.uint32)
-
-
-def _turned(model: DirectModel, impacts: Impacts, rng: np.random.Generator) -> Impacts:
-    """Tumble on: a condition that is simulated again has another orientation."""
-    if not impacts.orientation.any():
-        return impacts
-    size = np.linalg.norm(impacts.spin, axis=1)
-    time = rng.uniform(*_TUMBLED, len(size)) / np.maximum(size, 1e-9)
-    turned, _ = model.tumble(impacts.orientation, impacts.spin, impacts.grain, 1.0, time)
-    return impacts._replace(orientation=turned)
+def _impacts(
+    config: Config, shape_code: int, place: LeafConditions, rows: NDArray[np.int64]
+) -> Impacts:
+    """Make impacts of some conditions of a leaf."""
+    conditions, ratios = (column[rows].astype("f8") for column in place[:2])
+    count = len(rows)
+    grain = np.column_stack([np.full(count, float(shape_code)), ratios])
+    spin, moments = conditions[:, 2:5], moments_of(config.population, shape_code, ratios)
+    inertia = np.where(spin.any(axis=1), inertia_at(conditions[:, 5], moments), 0.0)
+    return Impacts(
+        # pi/2 in single precision is above pi/2
+        np.minimum(conditions[:, 0], math.pi / 2.0),
+        conditions[:, 1],
+        spin,
+        inertia,
+        grain,
+        np.arange(count, dtype=np.uint64),
+        np.ones(count, dtype=np.uint32),
+    )

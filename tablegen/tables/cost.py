@@ -34,7 +34,7 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, done: float) -> Cost
     size, begin, (alphas, speeds) = plan.sizes[0], cache.runner.seconds, plan.grid
     cache.fit(size, [(alphas[len(alphas) // 2], speeds[len(speeds) // 2])])
     node = cache.runner.seconds - begin
-    leaves = sum((of.leaves + of.still_leaves) * of.rebounds for of in plan.spin.values())
+    leaves = sum((of.leaves + of.nonspinning_leaves) * of.rebounds for of in plan.spin.values())
     ends = []
     for k, nodes in enumerate((plan.first, plan.most)):
         trial = _TRIAL[k]

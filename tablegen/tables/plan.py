@@ -33,7 +33,7 @@ class Plan:
     @property
     def leaves(self) -> int:
         """Leaves of the spin law."""
-        return sum(size.leaves + size.still_leaves for size in self.spin.values())
+        return sum(size.leaves + size.nonspinning_leaves for size in self.spin.values())
 
 
 def make_plan(config: Config) -> Plan:

@@ -126,7 +126,7 @@ static int rbti_trees_hold(const rbt_spin_law *law)
         holds &= law->roots[k] >= 0 && law->roots[k] < law->n_nodes;
     for (int32_t k = 0; k < 2 * law->n_nodes; k++) {
         const int32_t child = law->node_child[k];
-        holds &= law->node_axis[k / 2] >= 0 && law->node_axis[k / 2] <= RBTI_IN_SQUARE;
+        holds &= law->node_axis[k / 2] >= 0 && law->node_axis[k / 2] < RBTI_IN_ROWS;
         holds &= child >= 0 ? child > k / 2 && child < law->n_nodes : child >= -law->n_leaves;
     }
     return holds;

@@ -18,4 +18,4 @@ def test_shapes_share_the_leaves_of_a_preset():
     prisms = {"ellipsoid": 0.0, "prism": 1.0, "truncated-prism": 0.0, "tetrahedron": 0.0}
     one = spin_sizes(ROUGH.with_changes({"population": {"shapes": prisms}}))
     four = spin_sizes(ROUGH)
-    assert (one.leaves, one.still_leaves) == (4 * four.leaves, 4 * four.still_leaves)
+    assert (one.leaves, one.nonspinning_leaves) == (4 * four.leaves, 4 * four.nonspinning_leaves)
