@@ -47,7 +47,7 @@ _SETTLED = 1
 #: Regularisation. The diagonal of the normal equations grows by _PULL for each rebound and by
 #: _PULL_ROWS in all. Each covariance gets _PRIOR_ROWS rebounds of variance _PRIOR_VARIANCE, and
 #: each variance gets _RIDGE.
-_PULL, _PULL_ROWS = 1e-4, 0.3
+_PULL, _PULL_ROWS = 1e-3, 3.0
 _PRIOR_ROWS, _PRIOR_VARIANCE, _RIDGE = 0.5, 0.05, 1e-4
 
 #: Damping of a Newton step until one loses likelihood, its largest component, and the pull of logits to zero.

@@ -7,12 +7,14 @@ from tablegen.tables.plan import Plan
 from tablegen.tables.refine import NodeCache
 
 #: Measured times over that of a first node, least and most: of a node of the largest mixture, of a
-#: trial, and, for as many rebounds as a node has, of the fit of leaves and of chains of hits.
-_NODE, _TRIAL, _LEAF, _CHAIN = (1.0, 3.0), (1.5, 6.5), (3.0, 9.0), (0.3, 1.0)
+#: trial, and, for as many rebounds as a node has, of the fit of a leaf without experts, with its
+#: conditions, and of chains of hits. A leaf takes as long again for each 64 experts.
+_NODE, _TRIAL, _LEAF, _CHAIN = (1.0, 3.0), (3.0, 5.0), (1.5, 2.3), (1.5, 2.8)
+_EXPERTS = 64.0
 
 #: Rounds of the refinement, nodes and trials that the choice of the mixture takes, and rebounds of
 #: the measurement of chains.
-_ROUNDS, _PROBES, _CHAINED = (1, 2), (6, 24), 1e7
+_ROUNDS, _PROBES, _CHAINED = (1, 2), (6, 24), 5e6
 
 
 class Cost(NamedTuple):
@@ -34,7 +36,10 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, done: float) -> Cost
     size, begin, (alphas, speeds) = plan.sizes[0], cache.runner.seconds, plan.grid
     cache.fit(size, [(alphas[len(alphas) // 2], speeds[len(speeds) // 2])])
     node = cache.runner.seconds - begin
-    leaves = sum((of.leaves + of.nonspinning_leaves) * of.rebounds for of in plan.spin.values())
+    leaves = sum(
+        (of.leaves + of.nonspinning_leaves) * of.rebounds * (1.0 + of.groups * of.experts / _EXPERTS)
+        for of in plan.spin.values()
+    )
     ends = []
     for k, nodes in enumerate((plan.first, plan.most)):
         trial = _TRIAL[k]
