@@ -20,10 +20,11 @@ CODES = (
     Code("OK", 0, "fine"),
     Code("ANGLE", 1, "impact angle outside the table: the nearest was drawn"),
     Code("SPEED", 2, "impact speed outside the table: the nearest was drawn"),
-    Code("SPIN", 4, "spin beyond the table: the nearest condition was drawn"),
+    Code("SPIN", 4, "spin beyond the table, or inertia beyond the grain: the nearest was drawn"),
     Code("EXTRAPOLATED", 8, "a speed at which the material pair was not measured"),
     Code("ERR_MISSING", -1, "a required array or the table is missing (NULL, or a handle of 0)"),
-    Code("ERR_NOT_FINITE", -2, "arguments: allowed: finite numbers, speeds below 1e150 m/s"),
+    Code("ERR_NOT_FINITE", -2,
+        "arguments: allowed: finite numbers, speeds below 1e150 m/s, inertia 0 or more"),
     Code("ERR_NOT_APPROACHING", -3,
         "alpha1: allowed: above 0, at most pi/2 rad; velocity: allowed: towards the wall, "
         "(velocity - wall_velocity) . normal < 0"),
@@ -39,13 +40,14 @@ CODES = (
         "spin, grain, rebound: the table has no spin law, allowed: fresh grains without spin"),
     Code("ERR_GRAIN_NOT_KNOWN", -11,
         "grain: allowed: a shape of the spin law, and b/a and c/b from 0.001 to 1"),
+    Code("ERR_NO_WORKS", -12, "works: the table has no works"),
     Code("ERR_NOT_OPENED", -20,
         "file: cannot be opened, allowed: a regular file that exists and may be read"),
     Code("ERR_NOT_READ", -21, "file: cannot be read, or is a folder, pipe or device"),
     Code("ERR_NO_MEMORY", -22, "memory: not enough for this table"),
     Code("ERR_BIG_ENDIAN", -23, "machine: is big-endian, allowed: little-endian"),
     Code("ERR_FORMAT", -24, "format: is no binary rebound table (.rbt)"),
-    Code("ERR_VERSION", -25, "format_version: allowed: 2.x; make the file again: sampler export"),
+    Code("ERR_VERSION", -25, "format_version: allowed: 3.x; make the file again: sampler export"),
     Code("ERR_SIZE", -26, "file_bytes: the file is truncated, or longer than it says"),
     Code("ERR_CHECKSUM", -27, "sha256: the contents do not have this checksum"),
     Code("ERR_DIMENSIONS", -28, "dimensions: one is 0 or too large, or does not fit the others"),
@@ -55,7 +57,7 @@ CODES = (
 )  # fmt: skip
 
 #: Last code of a draw or a rebound; those beyond are of files.
-LAST_OF_DRAWS = -11
+LAST_OF_DRAWS = -12
 
 #: Codes by name: 0 is fine, positive a flag, negative an error whose results are NaN.
 STATUS = {code.name.removeprefix("ERR_"): code.number for code in CODES}
@@ -74,6 +76,7 @@ HALF_SIZE = STATUS["HALF_SIZE"]
 CASCADE_NOT_ENDED = STATUS["CASCADE_NOT_ENDED"]
 NO_SPIN_LAW = STATUS["NO_SPIN_LAW"]
 GRAIN_NOT_KNOWN = STATUS["GRAIN_NOT_KNOWN"]
+NO_WORKS = STATUS["NO_WORKS"]
 
 #: Flags of a row, by kind.
 FLAGS = {"angle": ANGLE, "speed": SPEED, "spin": SPIN, "extrapolated": EXTRAPOLATED}

@@ -11,12 +11,14 @@ RBT_KERNEL follow(RBT_TABLE_ARGUMENT table, unsigned long long grains, double *s
     const double share = -expm1(-9.42477796 * mu * d * dt / m), half_size = 0.63 * d;
     RBT_EACH_ROW(k, grains) {
         double x[2] = {0, ((double)k + 0.5) * 5e-5}, v[3] = {100, 0, 0}, omega[3] = {0, 0, 0};
+        double inertia = 0.4, time = 0; /* that of a grain at rest has no effect */
         const uint64_t index = k; uint32_t hit = 0; /* walls that it has met */
         rbt_impacts of = {}; of.velocity = v, of.omega = omega, of.half_size = &half_size;
         of.index = &index, of.hit = &hit; rbt_rebounds to = {}; to.velocity = v, to.omega = omega;
+        of.inertia = to.inertia = &inertia;
         for (int code = RBT_OK; x[0] >= 0 && x[0] < 0.5 && code >= RBT_OK;) {
             for (int i = 0; i < 3; i++) v[i] += share * (gas[i] - v[i]);
-            rbt_spin_after(omega, dt, m * d * d / 10, d, rho, mu, nullptr, omega);
+            time += dt;
             const double *n = nullptr; /* normal of a wall that the next step crosses */
             for (const auto &w : walls) {
                 const double a = x[0] - w[0], b = x[1] - w[1], away = w[2] * a + w[3] * b;
@@ -24,8 +26,9 @@ RBT_KERNEL follow(RBT_TABLE_ARGUMENT table, unsigned long long grains, double *s
                 if (away >= 0 && away < dt * in && along > 0 && along < w[5]) n = w + 2;
             }
             if (n && n[0] * v[0] + n[1] * v[1] > -1) break; /* m/s: it rests, instead of hops */
-            if (!n) x[0] += dt * v[0], x[1] += dt * v[1];
-            else of.normal = n, code = rbt_rebound(&table, 1, &of, 7, &to), hit++;
+            if (!n) { x[0] += dt * v[0], x[1] += dt * v[1]; continue; }
+            rbt_spin_after(omega, time, inertia * m * half_size * half_size, d, rho, mu, nullptr, omega);
+            of.normal = n, code = rbt_rebound(&table, 1, &of, 7, &to), hit++, time = 0;
         }
         atomicAdd(sums, double(x[0] >= 0.5)), atomicAdd(sums + 1, double(x[0] < 0));
         atomicAdd(sums + 2, double(hit)), atomicAdd(sums + 4, omega[2]);

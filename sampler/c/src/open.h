@@ -103,11 +103,13 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_OK, "fine"},
         {RBT_ANGLE, "impact angle outside the table: the nearest was drawn"},
         {RBT_SPEED, "impact speed outside the table: the nearest was drawn"},
-        {RBT_SPIN, "spin beyond the table: the nearest condition was drawn"},
+        {RBT_SPIN, "spin beyond the table, or inertia beyond the grain: the "
+         "nearest was drawn"},
         {RBT_EXTRAPOLATED, "a speed at which the material pair was not measured"},
         {RBT_ERR_MISSING, "a required array or the table is missing (NULL, or a handle of"
          " 0)"},
-        {RBT_ERR_NOT_FINITE, "arguments: allowed: finite numbers, speeds below 1e150 m/s"},
+        {RBT_ERR_NOT_FINITE, "arguments: allowed: finite numbers, speeds below 1e150 m/s, "
+         "inertia 0 or more"},
         {RBT_ERR_NOT_APPROACHING, "alpha1: allowed: above 0, at most pi/2 rad; velocity: allowed:"
          " towards the wall, (velocity - wall_velocity) . normal < 0"},
         {RBT_ERR_SPEED_NOT_POSITIVE, "speed: allowed: above 0 m/s; velocity: allowed: 1e-150 m/s or "
@@ -121,13 +123,14 @@ RBT_API const char *rbt_strerror(int code)
          "fresh grains without spin"},
         {RBT_ERR_GRAIN_NOT_KNOWN, "grain: allowed: a shape of the spin law, and b/a and c/b from "
          "0.001 to 1"},
+        {RBT_ERR_NO_WORKS, "works: the table has no works"},
         {RBT_ERR_NOT_OPENED, "file: cannot be opened, allowed: a regular file that exists "
          "and may be read"},
         {RBT_ERR_NOT_READ, "file: cannot be read, or is a folder, pipe or device"},
         {RBT_ERR_NO_MEMORY, "memory: not enough for this table"},
         {RBT_ERR_BIG_ENDIAN, "machine: is big-endian, allowed: little-endian"},
         {RBT_ERR_FORMAT, "format: is no binary rebound table (.rbt)"},
-        {RBT_ERR_VERSION, "format_version: allowed: 2.x; make the file again: sampler "
+        {RBT_ERR_VERSION, "format_version: allowed: 3.x; make the file again: sampler "
          "export"},
         {RBT_ERR_SIZE, "file_bytes: the file is truncated, or longer than it says"},
         {RBT_ERR_CHECKSUM, "sha256: the contents do not have this checksum"},

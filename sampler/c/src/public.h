@@ -12,8 +12,8 @@
        int code = rbt_open("corundum-steel.rbt", &table);
        if (code < 0) { fprintf(stderr, "%s\n", rbt_strerror(code)); exit(1); }
        const rbt_impacts impact = {.velocity = v, .normal = n, .half_size = &a, .omega = omega,
-                                   .index = &particle, .hit = &hit};
-       rbt_rebounds after = {.velocity = v, .omega = omega};
+                                   .inertia = &k, .index = &particle, .hit = &hit};
+       rbt_rebounds after = {.velocity = v, .omega = omega, .inertia = &k};
        code = rbt_rebound(table, 1, &impact, seed, &after);
        rbt_close(table);
 
@@ -34,8 +34,9 @@
 
    Codes: 0 is fine, a positive code is a sum of flags, a negative one an error; rbt_strerror says what
    each means. A row with a flag was drawn, at the nearest condition of the table where it lies outside;
-   a row with an error has NaN in all of its results. Nothing is printed: count both, and tell your
-   user. A NULL where an array is required is an error as well, and then nothing is written.
+   a row with an error has NaN in all of its results, but one that does not approach its wall
+   (RBT_ERR_NOT_APPROACHING) has there what it arrived with. Nothing is printed: count both, and tell
+   your user. A NULL where an array is required is an error as well, and then nothing is written.
 
    Part of rebound-tables; MIT licence. */
 
@@ -109,6 +110,7 @@ extern "C" {
 #define RBT_ERR_CASCADE_NOT_ENDED (-9)
 #define RBT_ERR_NO_SPIN_LAW (-10)
 #define RBT_ERR_GRAIN_NOT_KNOWN (-11)
+#define RBT_ERR_NO_WORKS (-12)
 #define RBT_ERR_NOT_OPENED (-20)
 #define RBT_ERR_NOT_READ (-21)
 #define RBT_ERR_NO_MEMORY (-22)
@@ -203,7 +205,14 @@ RBT_API RBT_DEVICE const char *rbt_pair(const rbt_table *table);
 
    Grains: a particle keeps its grain, the one of (seed, index), at every wall. With `fresh` 1 it has
    another one at each hit, of (seed, index, hit). `grain` gives it: code of the shape (0 ellipsoid,
-   1 prism, 2 truncated prism, 3 tetrahedron, 4 sphere, from 6 on meshes), b/a and c/b. */
+   1 prism, 2 truncated prism, 3 tetrahedron, 4 sphere, from 6 on meshes), b/a and c/b.
+
+   Rotation: a grain in free flight tumbles; its angular momentum L and its energy of rotation T stay. A
+   particle carries the mean angular velocity, Omega = (2 T / |L|^2) L, and the inertia about it,
+   k = |L|^2 / (2 T m a^2), between the smallest and the largest moment of inertia of its grain over
+   m a^2; so T = k m a^2 |Omega|^2 / 2. Both stay until the next wall, but for torques of the gas. A k of
+   0, or NULL, is not known: it is drawn by the keys from those that rebounds leave. Beyond the grain's
+   moments the nearest k is taken, with RBT_SPIN. Without a spin k does not matter. */
 
 /* Conditions of draws, in the frame of the impact. */
 typedef struct rbt_conditions {
@@ -211,9 +220,12 @@ typedef struct rbt_conditions {
     const double *speed;   /* impact speeds V > 0; required */
     const double *spin;    /* 3 n: angular velocities before the impact times a/V; NULL: the law of first
                               impacts, of particles of any grain that do not spin */
+    const double *inertia; /* inertias k about the spin; NULL or 0: not known */
     const double *grain;   /* 3 n; NULL: the grains of the keys. Without spin they do not spin */
     const uint64_t *index; /* identities of the particles; required */
     const uint32_t *hit;   /* how many walls they have met before; required */
+    double *inertia_after; /* written: n inertias k about the spin after the rebound, 0 by the law of first
+                              impacts; NULL: not wanted */
     int fresh;             /* 1: another grain at each hit */
 } rbt_conditions;
 
@@ -232,7 +244,8 @@ typedef struct rbt_impacts {
     const double *normal;        /* 3 n: from the wall into the gas, any length but zero; required */
     const double *half_size;     /* largest half-sizes a, 1e-9 to 0.1 m; required */
     const double *wall_velocity; /* 3 n: of the wall at the contact, m/s; NULL: walls at rest */
-    const double *omega;         /* 3 n: angular velocities before the impact, rad/s; NULL: zeros */
+    const double *omega;         /* 3 n: mean angular velocities before the impact, rad/s; NULL: zeros */
+    const double *inertia;       /* inertias k about omega; NULL or 0: not known */
     const double *roughness;     /* standard deviations of the tilt of facets, rad, 0 to 0.5; NULL:
                                     smooth walls */
     const double *grain;         /* 3 n; NULL: the grains of the keys */
@@ -247,9 +260,10 @@ typedef struct rbt_impacts {
    arrays of the impacts. */
 typedef struct rbt_rebounds {
     double *velocity;  /* 3 n: after the rebound, m/s */
-    double *omega;     /* 3 n: after it, rad/s */
+    double *omega;     /* 3 n: mean angular velocity after it, rad/s */
+    double *inertia;   /* n: inertia k about it; 0 by the law of first impacts */
     double *works;     /* 2 n: energies that impulses along the normal and along the wall take, J for each
-                          kg of the particle; 0 without works in the table */
+                          kg of the particle; an error if the table has no works */
     int *codes;        /* n */
     size_t bad;        /* written: number of rows with an error */
     size_t first_bad;  /* written: first of them; n if none */
@@ -261,12 +275,12 @@ typedef struct rbt_rebounds {
    A rough wall has facets whose normals are tilted at random in the plane of incidence; `normal` is
    that of the mean wall. The particle meets facets by their projected area, none in the shadow of
    others. One that a facet sends back into the wall meets further ones within the same hit, with the
-   spin that the one before has left: its works are their sums, its flags those of all. One hit has one
-   grain, a fresh one too, and no more energy after than that can have had before.
+   spin and inertia that the one before has left: its works are their sums, its flags those of all. One
+   hit has one grain, a fresh one too.
 
    Returns the first error, else the sum of the flags of all rows. Errors: those of rbt_sample, and
-   RBT_ERR_NORMAL_NOT_USABLE, RBT_ERR_HALF_SIZE, RBT_ERR_ROUGHNESS_NOT_USABLE; RBT_ERR_CASCADE_NOT_ENDED
-   with a probability below 1e-30 a hit. */
+   RBT_ERR_NORMAL_NOT_USABLE, RBT_ERR_HALF_SIZE, RBT_ERR_ROUGHNESS_NOT_USABLE, RBT_ERR_NO_WORKS;
+   RBT_ERR_CASCADE_NOT_ENDED with a probability below 1e-30 a hit. */
 RBT_API RBT_MUST_USE RBT_DEVICE int rbt_rebound(const rbt_table *table, size_t n,
                                                 const rbt_impacts *impacts, uint64_t seed,
                                                 rbt_rebounds *rebounds);
@@ -346,11 +360,11 @@ typedef struct rbt_axis {
 typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots, n_outcomes; /* 0 shapes: no law */
     double least_spin, most_spin; /* squares of the sizes of the spin that it covers */
-    double alpha_first, alpha_last, speed_first, speed_last, speed_high;
+    double alpha_first, alpha_last, speed_first, speed_last;
     double speed_scale, speed_exponent;
     double aspect[8];
     const int32_t *shape_codes;
-    const double *shape_shares, *shape_ratios, *shape_inertia;
+    const double *shape_shares, *shape_ratios, *shape_inertia, *kappa_quantiles;
     const int32_t *roots;
     const int8_t *node_axis;
     const double *node_cut;
