@@ -22,9 +22,10 @@ is left out. All other forces but gravity are neglected, and grains do not meet 
 
 A grain is collected when it leaves through the dust outlet, or when it meets a wall at less than
 0.1 m/s along the normal: then the gas presses it to the wall, along which dust slides down. It
-escapes when it enters the vortex finder. Sizes are diameters of spheres of equal volume. Each grain
-stands for the same mass, with as much mass in each class of log(diameter), so that means over
-grains are means over mass.
+escapes when it enters the vortex finder. It counts as not collected if it is still inside after two
+seconds, because discs can roll round the cone for long. Sizes are diameters of spheres of equal
+volume. Each grain stands for the same mass, with as much mass in each class of log(diameter), so
+that means over grains are means over mass.
 """
 
 import argparse
@@ -145,19 +146,19 @@ def drag_rate(drag, u, v, w):
 
 @numba.njit(cache=True)
 def part_of_step(p, at, drag, h):
-    """State after a time h in the gas, and at the drag, of a state ``at``; exact if they stay."""
+    """State after a time h in the gas of a place, with the drag there; exact if neither changes."""
     u, v, w = gas_velocity(at[0], at[1], at[2])
     rate = drag_rate(drag, u - at[3], v - at[4], w - at[5])
-    w += GRAVITY / max(rate, 1e-12)
     left = math.exp(-rate * h)
-    moved = (1.0 - left) / rate if rate * h > 1e-6 else h
+    moved = -math.expm1(-rate * h) / rate if rate * h > 1e-12 else h
+    fallen = (h - moved) / rate if rate * h > 1e-4 else 0.5 * h * h
     return (
         p[0] + h * u + moved * (p[3] - u),
         p[1] + h * v + moved * (p[4] - v),
-        p[2] + h * w + moved * (p[5] - w),
+        p[2] + h * w + moved * (p[5] - w) + GRAVITY * fallen,
         u + left * (p[3] - u),
         v + left * (p[4] - v),
-        w + left * (p[5] - w),
+        w + left * (p[5] - w) + GRAVITY * moved,
     )
 
 
@@ -424,49 +425,61 @@ def wear_by_height(result):
     return np.array([per_metre.mean(axis=0), per_metre.std(axis=0) / math.sqrt(len(per_metre))])
 
 
+def column_by_size(result, name, rows, edges):
+    """Means and standard errors of a column in classes of size, (2, classes)."""
+    points = []
+    for low, high in itertools.pairwise(edges):
+        of_size = (result.diameter >= low) & (result.diameter < high)
+        points.append(columns_of(result, rows & of_size)[name])
+    return np.transpose(points)
+
+
+def draw_outline(axes):
+    """Draw the walls of the cyclone."""
+    look = {"color": "black"}
+    for side in (-1.0, 1.0):
+        body = [RADIUS, RADIUS, OUTLET], [0.0, CYLINDER, HEIGHT]
+        axes.plot(side * np.array(body[0]), body[1], **look)
+        axes.plot([side * CORE, side * RADIUS], [0.0, 0.0], **look)
+        axes.plot([side * CORE, side * CORE], [-0.1 * HEIGHT, FINDER], **look)
+    axes.set(aspect="equal", xlabel="m", ylabel="m below the lid")
+    axes.set_ylim(1.05 * HEIGHT, -0.1 * HEIGHT)
+
+
 def draw(results):
-    """Draw the cyclone and its wear by height, and columns by size of ellipsoids and others."""
-    figure = plt.figure(figsize=(12.0, 6.5), layout="constrained")
-    panels = figure.subplot_mosaic(
-        [
-            ["shape", "wear", "hits, ellipsoids", "hits, other shapes"],
-            ["shape", "wear", "Oka, ellipsoids", "collected"],
-        ],
+    """Draw the cyclone, its wear by height, and columns by size of ellipsoids and others."""
+    panels = {
+        "hits a grain, ellipsoids": "hits",
+        "hits a grain, other shapes": "hits",
+        "wear by ellipsoids, mm³/kg": "Oka, mm³/kg",
+        "residence of ellipsoids, ms": "residence, ms",
+    }
+    titles = list(panels)
+    figure, axes = plt.subplot_mosaic(
+        [["outline", "wear", *titles[:2]], ["outline", "wear", *titles[2:]]],
+        figsize=(12.0, 6.5),
+        layout="constrained",
         width_ratios=(0.7, 1.0, 1.3, 1.3),
     )
-    wall = [(RADIUS, 0.0), (RADIUS, CYLINDER), (OUTLET, HEIGHT)]
-    for side in (-1.0, 1.0):
-        panels["shape"].plot(*np.transpose([(side * r, z) for r, z in wall]), color="black")
-        panels["shape"].plot([side * CORE] * 2, [-0.1 * HEIGHT, FINDER], color="black")
-        panels["shape"].plot([side * CORE, side * RADIUS], [0.0, 0.0], color="black")
-    heights = 1.05 * HEIGHT, -0.1 * HEIGHT
-    panels["shape"].set(aspect="equal", xlabel="m", ylabel="m below the lid", ylim=heights)
-    edges = np.geomspace(*SIZES, 8)
+    draw_outline(axes["outline"])
+    edges, heights = np.geomspace(*SIZES, 8), 0.5 * (BINS[1:] + BINS[:-1])
     for law, result in results.items():
         look = dict(zip(("color", "marker", "linestyle"), LOOKS[law], strict=True))
         look |= {"label": law, "markersize": 4}
         values, errors = wear_by_height(result)
-        panels["wear"].errorbar(values, 0.5 * (BINS[1:] + BINS[:-1]), xerr=errors, **look)
-        ellipsoid = result.grain[:, 0] == SHAPE_CODES["ellipsoid"]
-        for name, rows in (
-            ("hits, ellipsoids", ellipsoid),
-            ("hits, other shapes", ~ellipsoid),
-            ("Oka, ellipsoids", ellipsoid),
-            ("collected", ellipsoid | True),
-        ):
-            points = []
-            for low, high in itertools.pairwise(edges):
-                of_size = (result.diameter >= low) & (result.diameter < high)
-                columns = columns_of(result, rows & of_size)
-                key = name.split(", ")[0]
-                points.append(columns["Oka, mm³/kg" if key == "Oka" else key])
-            middles = 1e6 * np.sqrt(edges[1:] * edges[:-1])
-            panels[name].errorbar(middles, *np.transpose(points), **look)
-            panels[name].set(xscale="log", xlabel="diameter, µm", title=name)
-    panels["wear"].set(ylim=heights, xlim=(0.0, None), title="wear (Oka), mm³/(kg m)")
-    panels["Oka, ellipsoids"].set_title("wear by ellipsoids (Oka), mm³/kg")
-    handles = panels["wear"].get_legend_handles_labels()
-    figure.legend(*handles, loc="outside lower center", ncols=len(results))
+        axes["wear"].errorbar(values, heights, xerr=errors, **look)
+        ellipsoids = result.grain[:, 0] == SHAPE_CODES["ellipsoid"]
+        for title, name in panels.items():
+            rows = ~ellipsoids if "other" in title else ellipsoids
+            points = column_by_size(result, name, rows, edges)
+            axes[title].errorbar(1e6 * np.sqrt(edges[1:] * edges[:-1]), *points, **look)
+    for title in titles:
+        axes[title].set(xscale="log", xlabel="diameter, µm", title=title)
+        axes[title].set_xticks([5, 10, 20, 50, 100], ["5", "10", "20", "50", "100"])
+        axes[title].minorticks_off()
+    axes["wear"].set(xlim=(0.0, None), title="wear by height, mm³/(kg m)")
+    axes["wear"].sharey(axes["outline"])
+    figure.legend(*axes["wear"].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 

@@ -104,7 +104,14 @@ class Arrivals(NamedTuple):
 
     def first(self, count: int) -> "Arrivals":
         """Select the first grains."""
-        return Arrivals(*(array[:count] for array in self[:-1]), self.hit)
+        return Arrivals(
+            self.velocity[:count],
+            self.normal[:count],
+            self.omega[:count],
+            self.inertia[:count],
+            self.index[:count],
+            self.hit,
+        )
 
     def rebound(self, wall: Wall, seed: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Rebound from the walls by a law."""
@@ -278,9 +285,14 @@ def later_hit(place: str, table: FloatArray, direct: FloatArray) -> LaterHit:
         "chain_spin": _mean_ratio(*spins),
         "chain_angle": _median_ratio(table[_SINE], direct[_SINE]),
     }
-    means = [(float(a.mean()), float(b.mean())) for a, b in (energies, spins)]
     angles = np.degrees(np.arcsin(medians))
-    return LaterHit(place, estimates, *means, (float(angles[0]), float(angles[1])))
+    return LaterHit(
+        place,
+        estimates,
+        energy=(float(energies[0].mean()), float(energies[1].mean())),
+        spin=(float(spins[0].mean()), float(spins[1].mean())),
+        angle_deg=(float(angles[0]), float(angles[1])),
+    )
 
 
 def _standard_error(of_hits: FloatArray) -> float:

@@ -35,8 +35,7 @@ _RESISTANCE, _REVERSAL, _RESTITUTION = 0.6, 0.2, 0.6
 #: Source of numbers before a fit.
 _NONE = "none: numbers to start a fit from"
 
-#: Limits at later hits. Fitted resistances exceed 1; then grains keep more of their history than
-#: three numbers of spin tell: worst of five tables 0.087, 0.144 and 0.178, errors not taken off.
+#: Limits along chains of hits. Fitted resistances exceed 1, and a law is harder to fit then.
 _LIMITS = {"chain_ks": 0.1, "chain_energy": 0.12, "chain_spin": 0.2}
 
 #: Limits of nearly round grains. What their shape adds to a sphere's rebound deviates by a few
