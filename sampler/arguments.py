@@ -27,10 +27,10 @@ MAX_ROUGHNESS = 0.5
 #: at every hit, drawn by (seed, index, hit). An array (..., 3): shape code, b/a, c/b.
 Grain = Literal["own", "fresh"] | ArrayLike
 
-#: Numbers on the last axis of some arguments: the components of a vector, a grain, a quaternion.
+#: Numbers on the last axis of some arguments: the components of a vector, a grain.
 VECTORS = {
     **dict.fromkeys(("velocity", "normal", "wall_velocity", "spin", "omega", "grain"), 3),
-    **{"gas_rotation": 3, "orientation": 4},
+    "gas_rotation": 3,
 }
 
 _KEYS = "seed=, index= and hit=, or rng= and size= in their place"
@@ -44,11 +44,15 @@ class Rebound(NamedTuple):
     velocity : float64 array, shape (..., 3)
         Velocity after the rebound, m/s, lab frame.
     omega : float64 array, shape (..., 3)
-        Angular velocity after the rebound, rad/s, lab frame.
+        Mean angular velocity over the free tumbling after the rebound, rad/s, lab frame.
+    inertia : float64 array, shape (...)
+        Inertia k about it over m a^2: the energy of rotation is k m a^2 ``|omega|^2`` / 2. Both stay
+        in free flight, and are for the next rebound. 0 of a fresh grain, by the law of first impacts.
     """
 
     velocity: NDArray[np.float64]
     omega: NDArray[np.float64]
+    inertia: NDArray[np.float64]
 
 
 def shown_apart(value: float, *limits: float, digits: int = 9) -> str:

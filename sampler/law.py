@@ -44,7 +44,8 @@ class LawAtConditions:
         speed : float or array
             Impact speed V in m/s, > 0.
         spin : array, shape (..., 3), optional
-            As for `sample`: of the law over all grains of the population. All broadcast.
+            As for `sample`: of the law over all grains of the population, and over the inertias
+            about the spin that rebounds leave. All broadcast.
 
         Returns
         -------

@@ -39,15 +39,19 @@ def _record(name: str, addresses: str, *others: tuple[str, Any]) -> Any:
     return type(name, (ctypes.Structure,), {"_fields_": fields})
 
 
-Conditions = _record("Conditions", "alpha1 speed spin grain index hit", ("fresh", c_int))
+Conditions = _record(
+    "Conditions",
+    "alpha1 speed spin inertia grain index hit inertia_after",
+    ("fresh", c_int),
+)
 Impacts = _record(
     "Impacts",
-    "velocity normal half_size wall_velocity omega roughness grain index hit",
+    "velocity normal half_size wall_velocity omega inertia roughness grain index hit",
     *(("fresh", c_int), ("isotropic", c_int)),
 )
 Rebounds = _record(
     "Rebounds",
-    "velocity omega works codes",
+    "velocity omega inertia works codes",
     *(("bad", c_size_t), ("first_bad", c_size_t), ("flagged", c_size_t * 4)),
 )
 
@@ -187,15 +191,18 @@ def sample(
     states: NDArray[np.float64] | None,
     threads: int | None,
     report: Report | None = None,
+    inertia: NDArray[np.float64] | None = None,
 ) -> Report:
     """Draw the states (n, n_columns) of all rows, NaN where there is an error; None: codes alone.
 
     `threads`: None for as many as are worth their cost. `report`: the codes, if they are known.
+    `inertia` (n,) is written with those after the rebound.
     """
     draw = library().rbt_sample
 
     def run(at: dict[str, int], start: int, count: int, codes: int | None) -> int:
-        given = Conditions(**at, fresh=rows.fresh)
+        after = None if inertia is None else inertia.ctypes.data + start * inertia.itemsize
+        given = Conditions(**at, inertia_after=after, fresh=rows.fresh)
         out = None if states is None else states.ctypes.data + start * states.strides[0]
         return draw(table.handle, count, ctypes.byref(given), rows.seed, out, codes)
 
@@ -209,9 +216,10 @@ def rebound(
     threads: int | None,
     isotropic: bool,
 ) -> Report:
-    """Write the results that are wanted: velocity and omega (n, 3), works (n, 2), of each row.
+    """Write the results that are wanted: velocity, omega (n, 3), inertia (n,), works (n, 2).
 
-    They are in the lab frame, in m/s, rad/s and J/kg, and NaN where there is an error.
+    They are in the lab frame, in m/s, rad/s and J/kg, and NaN where there is an error, but what it
+    was before where a particle does not approach the wall.
     """
     bounce = library().rbt_rebound
 

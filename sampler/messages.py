@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sampler import errors
 from sampler.arguments import Call, shown_apart
 from sampler.errors import CODES, FLAGS, InputError, OutsideTableWarning
-from sampler.formats.bounds import ANY_SPEED, INERTIA
+from sampler.formats.bounds import ANY_SPEED
 from sampler.library import Report
 
 Ends = tuple[float, float]
@@ -27,7 +27,11 @@ _ALLOWED = {
 
 
 class Covered(NamedTuple):
-    """What a table covers, the same for both of its laws; in words, by `str`."""
+    """What a table covers, the same for both of its laws; in words, by `str`.
+
+    The speed of a particle that spins is the one that it would have if all of its kinetic energy
+    were translation, V (1 + k spin^2)^(1/2).
+    """
 
     #: Impact angles, degrees, and speeds, m/s; None: any.
     alpha_deg: Ends
@@ -36,11 +40,9 @@ class Covered(NamedTuple):
     spin: Ends | None
     #: Speeds at which the law of the pair was measured, m/s; None: it holds at any.
     measured: Ends | None
-    #: Largest speed with the spin, V (1 + 2/3 spin^2)^(1/2), m/s.
-    effective: float
 
     @classmethod
-    def of(cls, ends: dict[str, Ends], has_spin: bool, effective: float) -> "Covered":
+    def of(cls, ends: dict[str, Ends], has_spin: bool) -> "Covered":
         """Make it of what ``rbt_covered`` gives, without the rounding of units."""
         low, high = (round(math.degrees(end), 12) for end in ends["alpha1"])
         speed, measured = (
@@ -48,7 +50,7 @@ class Covered(NamedTuple):
         )
         least, most = ends["spin"]
         spin = (round(least, 9), round(most, 9)) if has_spin else None
-        return cls((low, high), speed, spin, measured, effective)
+        return cls((low, high), speed, spin, measured)
 
     def __str__(self) -> str:
         low, high = self.alpha_deg
@@ -144,11 +146,16 @@ class Counting:
         given = f"{degrees} deg, {shown_apart(speed, *covered.speed or (), digits=6)} m/s"
         if covered.spin is not None and not {"spin", "omega"}.isdisjoint(arrays):
             given += f", spin {shown_apart(spin, *covered.spin, digits=6)}"
+            if kind == "speed":
+                allowed += ", a speed with the energy of rotation, V (1 + k spin^2)^(1/2)"
+            if kind == "spin" and "inertia" in arrays and spin <= covered.spin[1]:
+                inertia = float(call.at("inertia", row))
+                return (
+                    f"inertia: got {inertia:.6g} at {call.place(row)}, allowed: from the smallest to "
+                    "the largest moment of inertia of the grain, over m a^2, or 0: not known"
+                )
         if "roughness" in arrays:
             given += " or on a facet of its rough wall"
-        elif kind == "spin" and covered.spin is not None and spin <= covered.spin[1]:
-            most = math.sqrt(((covered.effective / speed) ** 2 - 1.0) / INERTIA)
-            allowed += f", at this speed to {most:.6g}"
         return (
             f"{name}: got an impact at {given} at {call.place(row)}, allowed: {allowed}, the range "
             f"of the table {self.pair}"
@@ -158,8 +165,10 @@ class Counting:
         """Say that the law of the pair is extrapolated."""
         name = "velocity" if "velocity" in call.rows.arrays else "speed"
         measured = self.covered.measured or (0.0, ANY_SPEED[1])
+        _, speed, spin = _impact(call, row)
+        turning = f" and spin {spin:.6g}" if spin > 0.0 else ""
         return (
-            f"{name}: got {_impact(call, row)[1]:.6g} m/s at {call.place(row)}, but {self.pair} "
+            f"{name}: got {speed:.6g} m/s{turning} at {call.place(row)}, but {self.pair} "
             f"was measured at {_to(measured)} m/s: extrapolated; how sure: docs/does-it-matter.md"
         )
 
@@ -172,9 +181,11 @@ def row_message(call: Call, row: int, code: int) -> str:
     if code == errors.NOT_FINITE:
         given = {n: np.abs(call.at(n, row)).max() for n in arrays if n not in ("index", "hit")}
         bad = [n for n, size in given.items() if not np.isfinite(size)]
-        # each number is finite; a square is not
+        # else each number is finite; a square is not
         name = bad[0] if bad else max(given, key=given.__getitem__)
         said = "finite numbers" if bad else "speeds and spins times a/V below 1e150"
+        if not bad and "inertia" in arrays and call.at("inertia", row) < 0.0:
+            name, said = "inertia", "0, not known, or more"
     elif not name:
         text = next(each.text for each in CODES if each.number == code)
         return f"{text}, at {call.place(row)}"

@@ -11,7 +11,7 @@ The functions here are compiled into their caller, with ``cache=True``, ``parall
 ... def thrown_back(handle, out):
 ...     v, up = (90.0, -90.0, 0.0), (0.0, 1.0, 0.0)
 ...     return sampler.numba.rebound(handle, v, up, 1e-5, index=1, hit=0, seed=7, out=out)
->>> thrown_back(table.handle, np.empty(6))
+>>> thrown_back(table.handle, np.empty(7))
 0
 """
 
@@ -104,15 +104,16 @@ def _stored(builder: Any, fields: list[Any]) -> Any:
 
 def _of_sample(builder: Any, given: list[Any], room: list[Any]) -> list[Any]:
     """Give the arguments of ``rbt_sample`` with one row."""
-    handle, *conditions, seed, _ = given
-    return [handle, _LONG(1), _stored(builder, conditions), seed, room[0], _NULL]
+    handle, *conditions, fresh, seed, _ = given
+    record = _stored(builder, [*conditions, room[10], fresh])
+    return [handle, _LONG(1), record, seed, room[0], _NULL]
 
 
 def _of_rebound(builder: Any, given: list[Any], room: list[Any]) -> list[Any]:
     """Give the arguments of ``rbt_rebound`` with one row; works where there is room for them."""
     handle, *impacts, seed, size = given
-    works = builder.select(builder.icmp_unsigned("==", size, _LONG(8)), room[6], _NULL)
-    rebounds = [room[0], room[3], works, _NULL, *[_LONG(0)] * 6]
+    works = builder.select(builder.icmp_unsigned("==", size, _LONG(9)), room[7], _NULL)
+    rebounds = [room[0], room[3], room[6], works, _NULL, *[_LONG(0)] * 6]
     return [handle, _LONG(1), _stored(builder, impacts), seed, _stored(builder, rebounds)]
 
 
@@ -163,15 +164,15 @@ _END = {"seed": _SEED, "out": _OUTPUT}
 _sample = _function(
     "rbt_sample",
     {"handle": _HANDLE, "alpha1": _NUMBER_AT, "speed": _NUMBER_AT, "spin": _OPTIONAL}
-    | {"grain": _OPTIONAL, **_KEYS, **_END},
-    *(10, types.int32, _of_sample),
+    | {"inertia": _NUMBER_AT, "grain": _OPTIONAL, **_KEYS, **_END},
+    *(11, types.int32, _of_sample),
 )
 _rebound = _function(
     "rbt_rebound",
     {"handle": _HANDLE, "velocity": _VECTOR, "normal": _VECTOR, "half_size": _NUMBER_AT}
-    | {"wall_velocity": _OPTIONAL, "omega": _OPTIONAL, "roughness": _NUMBER_AT}
-    | {"grain": _OPTIONAL, **_KEYS, "isotropic": _FLAG, **_END},
-    *(8, types.int32, _of_rebound),
+    | {"wall_velocity": _OPTIONAL, "omega": _OPTIONAL, "inertia": _NUMBER_AT}
+    | {"roughness": _NUMBER_AT, "grain": _OPTIONAL, **_KEYS, "isotropic": _FLAG, **_END},
+    *(9, types.int32, _of_rebound),
 )
 _columns = _function("rbt_components", {"handle": _HANDLE, "columns": _OPTIONAL}, 0)
 _ROW = {"handle": _HANDLE, "n": _SEED, "seed": _SEED, "index": _INDEX, "hit": _HIT.or_none()}
@@ -193,9 +194,11 @@ def sample(
     alpha1: float,
     speed: float,
     spin: Maybe = None,
+    inertia: float = 0.0,
     grain: Maybe = None,
     index: int = _REQUIRED,
     hit: int = _REQUIRED,
+    inertia_after: NDArray[np.float64] | None = None,
     fresh: bool = False,
     seed: int = _REQUIRED,
     out: NDArray[np.float64] = _REQUIRED,
@@ -206,11 +209,13 @@ def sample(
     ----------
     handle : int
         ``table.handle`` of a loaded table, which must live as long.
-    alpha1, speed, spin, index, hit, seed
+    alpha1, speed, spin, inertia, index, hit, seed
         As for `sampler.Table.sample`, of one particle; `spin` is a tuple. Keys are required.
     grain : tuple of three float, optional
         Shape code, b/a and c/b, as of `grain`: then the law of spinning particles as well. None:
         that of the particle, or with `fresh` another one at each hit.
+    inertia_after : float64 array of one dimension, optional
+        Its first number is written: the inertia about the spin after, as for `rebound`.
     out : float64 array, shape (n_columns,), written
         The state, with the columns of ``table.columns``; NaN on an error.
 
@@ -227,13 +232,15 @@ def sample(
     ValueError
         If `out` has not as many numbers as the table has columns.
     """
-    result = _sample(handle, alpha1, speed, spin, grain, index, hit, fresh, seed, out)
+    result = _sample(handle, alpha1, speed, spin, inertia, grain, index, hit, fresh, seed, out)
     numbers = result[1:]
     if result[0] != MISSING and out.size != _columns(handle, None)[0]:
         raise ValueError("out: allowed: as many numbers as the table has columns")
     for k in range(10):  # a number that the compiler knows
         if k < out.size:
             out[k] = numbers[k]
+    if inertia_after is not None:
+        inertia_after[0] = numbers[10]
     return result[0]
 
 
@@ -245,6 +252,7 @@ def rebound(
     half_size: float,
     wall_velocity: Maybe = None,
     omega: Maybe = None,
+    inertia: float = 0.0,
     roughness: float = 0.0,
     grain: Maybe = None,
     index: int = _REQUIRED,
@@ -260,26 +268,27 @@ def rebound(
     ----------
     handle, grain, index, hit, seed
         As for `sample`.
-    velocity, normal, half_size, wall_velocity, omega, roughness, isotropic
+    velocity, normal, half_size, wall_velocity, omega, inertia, roughness, isotropic
         As for `sampler.Table.rebound`, of one particle; vectors are tuples.
     fresh : bool
         Whether the particle has another grain at each hit; from a smooth wall without `omega` and
         `grain` the law of first impacts, the only one of a table without a spin law.
-    out : float64 array, shape (6,) or (8,), written
-        Velocity, m/s, angular velocity, rad/s, and in 8 the energies that impulses along the normal
-        and along the wall take, J for each kg of the particle; NaN on an error.
+    out : float64 array, shape (7,) or (9,), written
+        Velocity, m/s, mean angular velocity, rad/s, the inertia about it over m a^2, and in 9 the
+        energies that impulses along the normal and along the wall take, J for each kg of the
+        particle. NaN on an error, but what it came with where it does not approach the wall.
 
     Returns
     -------
     int
         As `sample`, with the flags of any bounce from a rough wall.
     """
-    how = wall_velocity, omega, roughness, grain, index, hit, fresh, isotropic, seed
+    how = wall_velocity, omega, inertia, roughness, grain, index, hit, fresh, isotropic, seed
     result = _rebound(handle, velocity, normal, half_size, *how, out)
     numbers = result[1:]
-    if out.size not in (6, 8):
-        raise ValueError("out: allowed: 6 numbers, or 8 with works")
-    for k in range(8):
+    if out.size not in (7, 9):
+        raise ValueError("out: allowed: 7 numbers, or 9 with works")
+    for k in range(9):
         if k < out.size:
             out[k] = numbers[k]
     return result[0]

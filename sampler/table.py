@@ -44,7 +44,8 @@ class Table(LawAtConditions, Counting):
     ----------
     contents : TableContents
     outside : {"clamp", "raise"}
-        What to do with an angle, speed or spin outside the table: draw the nearest that it has,
+        What to do with an angle, speed or spin outside the table, or an inertia about the spin that
+        the grain cannot have: draw the nearest that it has,
         count it in `counts` and warn of the first of each kind (`OutsideTableWarning`), or raise
         `InputError`.
 
@@ -85,8 +86,7 @@ class Table(LawAtConditions, Counting):
         self.pair, self.config = contents.pair, contents.config
         self.speed_independent = contents.speed_independent
         self.has_spin = contents.has_spin
-        fastest = float(self._header["spin_speed"][1])
-        self.covered = Covered.of(self._table.covered(), self.has_spin, fastest)
+        self.covered = Covered.of(self._table.covered(), self.has_spin)
         self._small = _kept_beside(contents)
         self._source: TableContents | Path = contents
         self._counts = Counts()
@@ -162,6 +162,7 @@ class Table(LawAtConditions, Counting):
         speed: ArrayLike,
         *,
         spin: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
         grain: Grain = "own",
         seed: int | None = None,
         index: ArrayLike | None = None,
@@ -170,6 +171,7 @@ class Table(LawAtConditions, Counting):
         size: int | tuple[int, ...] | None = None,
         threads: int | None = None,
         out: NDArray[Any] | None = None,
+        inertia_after: NDArray[np.float64] | None = None,
     ) -> NDArray[Any]:
         """Draw rebound states.
 
@@ -184,9 +186,13 @@ class Table(LawAtConditions, Counting):
             Impact speed V in m/s, > 0. All arrays broadcast, as in numpy; those of several rows
             have the same number of dimensions.
         spin : array, shape (..., 3), optional
-            Angular velocity before the impact times a/V, in the frame of the wall: then the draw is
-            from the spin law, which also knows the grain. Left out, from the law of first impacts,
-            of any grain: who follows particles gives zeros at their first hit.
+            Mean angular velocity before the impact times a/V, in the frame of the wall: then the
+            draw is from the spin law, which also knows the grain. Left out, from the law of first
+            impacts, of any grain: who follows particles gives zeros at their first hit.
+        inertia : float or array, optional
+            Inertia about the spin, over m a^2; the energy of rotation is that times ``|spin|^2``, in
+            m V^2 / 2. Left out, or 0: not known, and drawn by the keys from those that rebounds
+            leave. Without a spin it does not matter.
         grain : "own", "fresh" or array, shape (..., 3)
             "own": with a spin, a particle has the same grain at every hit, drawn by (seed, index),
             as `grains` returns it. "fresh": another one at every hit, drawn by (seed, index, hit).
@@ -206,6 +212,9 @@ class Table(LawAtConditions, Counting):
             Threads to use, which change no state; by default as many as are worth their cost.
         out : float64 or float32 array, shape (..., n_columns), optional
             Where to write the states; left as it was if an input is refused.
+        inertia_after : float64 array, shape (...), optional
+            Where to write the inertias about the spin after the rebound; 0 by the law of first
+            impacts.
 
         Returns
         -------
@@ -220,10 +229,12 @@ class Table(LawAtConditions, Counting):
             If an input has a wrong type or shape, is not finite or not allowed (with
             ``outside="raise"`` also: outside the table). Names the first row.
         """
-        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
+        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin, inertia=inertia)
         call = self._call(given, grain, Keys(seed, index, hit, rng, size))
         check_written("out", out, (*call.shape, len(self.columns)), np.float64, np.float32)
+        check_written("inertia_after", inertia_after, call.shape, np.float64)
         count, report = as_threads(threads), None
+        after = None if inertia_after is None else np.empty(call.rows.n)
         if (
             out is not None
             and out.dtype == np.float64
@@ -234,10 +245,13 @@ class Table(LawAtConditions, Counting):
             self._refuse(call, report)  # before anything is written
         else:
             states = np.empty((*call.shape, len(self.columns)))
-        report = self._drawn(call, states.reshape(call.rows.n, len(self.columns)), count, report)
+        rows = states.reshape(call.rows.n, len(self.columns))
+        report = self._drawn(call, rows, count, report, after)
         self._refuse(call, report)
         if out is not None and out is not states:
             out[...] = states
+        if inertia_after is not None and after is not None:
+            inertia_after[...] = after.reshape(call.shape)
         self._count(call, report, 3)
         return states if out is None else out
 
@@ -248,6 +262,7 @@ class Table(LawAtConditions, Counting):
         half_size: ArrayLike,
         *,
         omega: ArrayLike | None = None,
+        inertia: ArrayLike | None = None,
         grain: Grain = "own",
         seed: int | None = None,
         index: ArrayLike | None = None,
@@ -272,8 +287,10 @@ class Table(LawAtConditions, Counting):
         half_size : float or array, shape (...)
             Largest half-size a of the particle, 1e-9 to 0.1 m.
         omega : array, shape (..., 3), optional
-            Angular velocity before the impact, rad/s, lab frame. Left out: not spinning, the same
-            as zeros.
+            Mean angular velocity before the impact, rad/s, lab frame, as a rebound gives it. Left
+            out: not spinning, the same as zeros.
+        inertia : float or array, shape (...), optional
+            Inertia about it, as a rebound gives it; left out, or 0, as for `sample`.
         grain : "own", "fresh" or array, shape (..., 3)
             As for `sample`. "fresh" without `omega`, from a smooth wall, is the law of first
             impacts, the only one of a table without a spin law, which needs it.
@@ -291,13 +308,14 @@ class Table(LawAtConditions, Counting):
             particle, of all its bounces; of a table with ``work_normal`` and ``work_shear``.
         codes : int32 array, shape (...), written, optional
             Code of each row, of `sampler.errors`: 0, a sum of flags, or negative. Then no row is
-            refused: one that cannot be drawn has NaN in place of its rebound.
+            refused: one that cannot be drawn has NaN in place of its rebound, or where it does not
+            approach the wall (`NOT_APPROACHING`) what it came with, and NaN works.
 
         Returns
         -------
         Rebound
-            ``velocity, omega``, both of shape (..., 3). At exactly normal impact the direction
-            along the wall is uniform.
+            ``velocity, omega``, both of shape (..., 3), and ``inertia`` (...). At exactly normal
+            impact the direction along the wall is uniform.
 
         Raises
         ------
@@ -306,15 +324,17 @@ class Table(LawAtConditions, Counting):
         """
         isotropic = as_isotropic(isotropic, roughness)
         given = {"velocity": velocity, "normal": normal, "half_size": half_size}
-        given |= present(omega=omega, wall_velocity=wall_velocity, roughness=roughness)
+        given |= present(omega=omega, inertia=inertia)
+        given |= present(wall_velocity=wall_velocity, roughness=roughness)
         call = self._call(given, grain, Keys(seed, index, hit, rng, size))
         check_written("works", works, (*call.shape, 2), np.float64)
         check_written("codes", codes, call.shape, np.intc)
         if works is not None and not {"work_normal", "work_shear"} <= {*self.columns}:
             raise InputError(f"works: got an array, but the table {self.pair} has no works")
-        results = {"velocity": np.empty((call.rows.n, 3)), "omega": np.empty((call.rows.n, 3))}
+        n, tails = call.rows.n, {"velocity": (3,), "omega": (3,), "inertia": ()}
+        results = {name: np.empty((n, *tail)) for name, tail in tails.items()}
         if works is not None:
-            results["works"] = np.empty((call.rows.n, 2))
+            results["works"] = np.empty((n, 2))
         count = as_threads(threads)
         report = library.rebound(self._table, call.rows, results, count, isotropic)
         report = self._with_misfits(call, report)
@@ -324,14 +344,16 @@ class Table(LawAtConditions, Counting):
             codes[...] = errors.OK if report.codes is None else report.codes.reshape(call.shape)
             refused = self._refused(report)
             if refused is not None and report.codes is not None:
+                undrawn = refused & (report.codes != errors.NOT_APPROACHING)
                 for values in results.values():
-                    values[refused] = np.nan
+                    values[undrawn] = np.nan
                 # what is not drawn is not counted
                 report = Report.of(np.where(refused, errors.OK, report.codes))
         if works is not None:
             works[...] = results["works"].reshape(works.shape)
         self._count(call, report, 3)
-        return Rebound(*(results[name].reshape(*call.shape, 3) for name in ("velocity", "omega")))
+        shaped = {name: results[name].reshape((*call.shape, *tail)) for name, tail in tails.items()}
+        return Rebound(**shaped)
 
     def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
         """Give the grains that particles keep.
@@ -415,9 +437,10 @@ class Table(LawAtConditions, Counting):
         states: NDArray[np.float64] | None,
         threads: int | None,
         report: Report | None = None,
+        inertia: NDArray[np.float64] | None = None,
     ) -> Report:
-        """Draw states, or find the codes alone."""
-        drawn = library.sample(self._table, call.rows, states, threads, report)
+        """Draw states and inertias, or find the codes alone."""
+        drawn = library.sample(self._table, call.rows, states, threads, report, inertia)
         return drawn if report else self._with_misfits(call, drawn)
 
     def _with_misfits(self, call: Call, report: Report) -> Report:

@@ -4,11 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from sampler.formats.bounds import GROUP_SIZE, N_EXPERTS, N_FEATURES, N_GROUPS, N_INPUTS, N_OUTCOMES
+from sampler.formats.bounds import (
+    GROUP_SIZE,
+    N_CONDITIONS,
+    N_EXPERTS,
+    N_FEATURES,
+    N_GROUPS,
+    N_INPUTS,
+    N_OUTCOMES,
+    N_OUTCOMES_WITH_WORKS,
+)
 from sampler.formats.channels import has_works
 
 #: What a table has whose spin law was not compared with anything.
-_NOT_MEASURED = {"ks": (0, N_OUTCOMES), "spin": (0, 3)}
+_NOT_MEASURED = {"ks": (0, 6), "spin": (0, 3)}
 _NOT_MEASURED |= dict.fromkeys(("alpha_deg", "speed", "sliced_wasserstein"), 0)
 _NOT_MEASURED |= dict.fromkeys(("correlation_error", "auc"), 0)
 _NOT_MEASURED |= dict.fromkeys(("chain_ks", "chain_energy", "chain_spin"), 0)
@@ -32,12 +41,13 @@ def _trees(n_shapes, depth):
         if level == depth:
             leaf += 1
             return -leaf
-        here = node(level % 5, (0.7, 0.3, 0.4, 0.0, 0.0)[level % 5])
+        axis = level % N_CONDITIONS
+        here = node(axis, (0.7, 0.3, 0.5, 0.0, 0.0, 0.5)[axis])
         children[here] = [grow(level + 1), grow(level + 1)]
         return here
 
     for _ in range(n_shapes):
-        roots.append(node(5, 1e-12))
+        roots.append(node(N_CONDITIONS, 1e-12))
         leaf += 1
         children[roots[-1]] = [-leaf, grow(0)]
     return {
@@ -62,7 +72,8 @@ def _law(seed, codes=(0, 1, 3), depth=2, outcomes=N_OUTCOMES):
     knots = np.cumsum(rng.exponential(1.0, (leaves, outcomes, 33)), axis=-1)
     quantiles = (knots / knots[..., -1:] - 0.5) * 1.5
     quantiles[:, 1] = 0.6 * (quantiles[:, 1] - quantiles[:, 1, :1])
-    quantiles[:, 6:] += 0.75
+    quantiles[:, 6] = quantiles[:, 6] * 1.4 + 0.5  # beyond 0 and 1 at its ends
+    quantiles[:, 7:] += 0.75
     weights = rng.uniform(0.5, 1.5, len(codes))
     return _trees(len(codes), depth) | {
         "shape_codes": np.array(codes, np.int32),
@@ -71,10 +82,11 @@ def _law(seed, codes=(0, 1, 3), depth=2, outcomes=N_OUTCOMES):
         "aspect": np.array([[0.8, 0.2, 0.0668072012688581, 0.841344746068543]] * 2),
         "speed_coordinate": np.array([0.1, 0.61]),
         "alpha_range_deg": np.array([0.5, 90.0]),
-        "speed_range": np.array([5.0, 600.0]),
+        "speed_range": np.array([5.0, 300.0]),
         "spin_range": np.array([0.0, 10.0]),
         "shape_inertia": np.array([MOMENTS.get(code, (0.25, 0.15)) for code in codes]),
-        "centre": np.tile(np.array([0.7, 0.3, 0.4, 0.0, 0.0, 0.75, 0.75], "f4"), (leaves, 1)),
+        "kappa_quantiles": np.sort(rng.uniform(size=(len(codes), 33)), axis=1),
+        "centre": np.tile(np.array([0.7, 0.3, 0.4, 0.0, 0.0, 0.5, 0.75, 0.75], "f4"), (leaves, 1)),
         "scale": np.full((leaves, N_INPUTS), 2.0, np.float32),
         "group_gate": integers(400.0, leaves, N_FEATURES, N_GROUPS),
         "gate": integers(400.0, leaves, N_GROUPS, N_FEATURES, GROUP_SIZE),
@@ -86,10 +98,10 @@ def _law(seed, codes=(0, 1, 3), depth=2, outcomes=N_OUTCOMES):
 
 def with_spin_law(contents, seed=1, **size):
     """Table with a random spin law beside its own; `size` is that of `_law`."""
-    size |= {"outcomes": 8} if has_works(contents.variables) else {}
+    size |= {"outcomes": N_OUTCOMES_WITH_WORKS} if has_works(contents.variables) else {}
     datasets = contents.datasets | {f"spin/{name}": x for name, x in _law(seed, **size).items()}
     datasets |= {f"spin_accuracy/{name}": np.zeros(n) for name, n in _NOT_MEASURED.items()}
-    law = {"omega": "mean", "least_inertia": 0.01, "valid_speed": (50.0, 300.0)}
+    law = {"least_inertia": 0.01, "valid_speed": (50.0, 300.0)}
     return replace(contents, datasets=datasets, **law)
 
 
@@ -101,11 +113,14 @@ def less_spheres(contents):
     return replace(contents, datasets=contents.datasets | changed | {"spin/quantiles": quantiles})
 
 
-def energies(contents, states, spin, grains):
-    """Least energy after and most before, for the own grains, in m V^2 / 2."""
-    codes, beta, gamma = grains.T
+def moments(contents, grains):
+    """Smallest and largest moment of inertia of grains (n, 3) over m a^2."""
+    codes, beta, gamma = np.transpose(grains)
     rows = np.searchsorted(contents["spin/shape_codes"], codes)
     g1, g3 = contents["spin/shape_inertia"][rows].T
-    largest, smallest = g1 * (1.0 + beta**2), g3 * beta**2 * (1.0 + gamma**2)
-    after = (states[:, :3] ** 2).sum(axis=1) + smallest * (states[:, 3:] ** 2).sum(axis=1)
-    return after, 1.0 + largest * (spin**2).sum(axis=1)
+    return g3 * beta**2 * (1.0 + gamma**2), g1 * (1.0 + beta**2)
+
+
+def energy(velocity, spin, inertia):
+    """Energy in m V^2 / 2 of velocities over V, spins times a/V and inertias about them."""
+    return (velocity**2).sum(axis=-1) + inertia * (spin**2).sum(axis=-1)

@@ -56,12 +56,12 @@
 
 /* -- draws and rebounds ---------------------------------------------------------------------------
 
-   The kernels take n rows and fill codes[n]; rows with an error have NaN in their results. *flagged, 0
+   The kernels take n rows and fill codes[n]; rows with an error have what the host gives them. *flagged, 0
    before, becomes 1 if any code is not 0. Records are those of rbt_conditions and rbt_impacts, on the
    device. One row can stand for all: bit k of `single` says so of field k, counted from 0. */
 
 typedef struct rbt_device_conditions {
-    const RBT_REAL *alpha1, *speed, *spin, *grain;
+    const RBT_REAL *alpha1, *speed, *spin, *inertia, *grain;
     const uint64_t *index;
     const uint32_t *hit;
     uint32_t single;
@@ -69,7 +69,8 @@ typedef struct rbt_device_conditions {
 } rbt_device_conditions;
 
 typedef struct rbt_device_impacts {
-    const RBT_REAL *velocity, *normal, *half_size, *wall_velocity, *omega, *roughness, *grain;
+    const RBT_REAL *velocity, *normal, *half_size, *wall_velocity, *omega, *inertia, *roughness,
+        *grain;
     const uint64_t *index;
     const uint32_t *hit;
     uint32_t single;
@@ -102,20 +103,23 @@ RBTI_PART void rbti_store(const double *numbers, unsigned width, unsigned long l
 /* Draw n rows from the spin law, or from that of first impacts. */
 RBTI_PART void rbti_sample_rows(const rbt_table *table, unsigned long long n,
                                 const rbt_device_conditions *of, int spins, uint64_t seed,
-                                RBT_REAL *states, int *codes, int *flagged)
+                                RBT_REAL *states, RBT_REAL *inertia, int *codes, int *flagged)
 {
     const uint32_t one = of->single;
     RBT_EACH_ROW(k, n) {
-        double alpha1, speed, spin[3], grain[3], values[RBT_VALUES];
+        double alpha1, speed, spin[3], about = 0, grain[3], values[RBT_VALUES], after;
         rbti_grains grains = {(const double *)0, seed, of->fresh};
         rbti_load(of->alpha1, 1, rbti_row(one, 0, k), &alpha1);
         rbti_load(of->speed, 1, rbti_row(one, 1, k), &speed);
         if (spins)
-            grains.given = rbti_load(of->grain, 3, rbti_row(one, 3, k), grain);
+            grains.given = rbti_load(of->grain, 3, rbti_row(one, 4, k), grain);
+        rbti_load(of->inertia, 1, rbti_row(one, 3, k), &about);
         const double *given = spins ? rbti_load(of->spin, 3, rbti_row(one, 2, k), spin) : grains.given;
-        codes[k] = rbti_draw_one(table, alpha1, speed, given, seed, &grains,
-                                 of->index[rbti_row(one, 4, k)], of->hit[rbti_row(one, 5, k)],
-                                 spins, RBT_VALUES, values);
+        codes[k] = rbti_draw_one(table, alpha1, speed, given, about, seed, &grains,
+                                 of->index[rbti_row(one, 5, k)], of->hit[rbti_row(one, 6, k)],
+                                 spins, RBT_VALUES, values, &after);
+        after = codes[k] < RBT_OK ? rbti_nan() : after;
+        rbti_store(&after, 1, k, inertia);
         for (int c = 0; c < table->n_columns; c++) {
             double value = values[0]; /* no place can be looked up in registers */
             for (int v = 1; v < RBT_VALUES; v++)
@@ -128,46 +132,57 @@ RBTI_PART void rbti_sample_rows(const rbt_table *table, unsigned long long n,
     }
 }
 
-/* Draw states of the table's columns from the law of first impacts; spin and grain are not read. */
+/* Draw states of the table's columns from the law of first impacts; spin, inertia and grain are not
+   read. `inertia`, for those after, may be NULL. */
 RBT_KERNEL rbt_sample_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
                              const rbt_device_conditions of, uint64_t seed, RBT_REAL *states,
-                             int *codes, int *flagged)
+                             RBT_REAL *inertia, int *codes, int *flagged)
 {
-    rbti_sample_rows(&table, n, &of, 0, seed, states, codes, flagged);
+    rbti_sample_rows(&table, n, &of, 0, seed, states, inertia, codes, flagged);
 }
 
-/* The same from the spin law; spin and grain may be NULL. */
+/* The same from the spin law; spin, inertia and grain may be NULL. */
 RBT_KERNEL rbt_spin_sample_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
                                   const rbt_device_conditions of, uint64_t seed, RBT_REAL *states,
-                                  int *codes, int *flagged)
+                                  RBT_REAL *inertia, int *codes, int *flagged)
 {
-    rbti_sample_rows(&table, n, &of, 1, seed, states, codes, flagged);
+    rbti_sample_rows(&table, n, &of, 1, seed, states, inertia, codes, flagged);
 }
 
-/* Rebound particles; results may be the arrays of the impacts where no row stands for all, and `works`
-   NULL. */
+/* Rebound particles; results may be the arrays of the impacts where no row stands for all, and `inertia`
+   and `works` NULL. Where works are wanted of a table without, codes are RBT_ERR_NO_WORKS, and nothing
+   else is written. */
 RBT_KERNEL rbt_rebound_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
                               const rbt_device_impacts of, uint64_t seed, RBT_REAL *velocity,
-                              RBT_REAL *omega, RBT_REAL *works, int *codes, int *flagged)
+                              RBT_REAL *omega, RBT_REAL *inertia, RBT_REAL *works, int *codes,
+                              int *flagged)
 {
     const uint32_t one = of.single;
     RBT_EACH_ROW(k, n) {
-        double vectors[5][3], half_size, roughness, after[3], turning[3], work[2];
-        const uint64_t index = of.index[rbti_row(one, 7, k)];
-        const uint32_t hit = of.hit[rbti_row(one, 8, k)];
+        if (rbti_lacks_works(&table, works != (RBT_REAL *)0)) {
+            codes[k] = RBT_ERR_NO_WORKS;
+            *flagged = 1;
+            continue;
+        }
+        double vectors[5][3], half_size, about, roughness, after[3], turning[3], moment, work[2];
+        const uint64_t index = of.index[rbti_row(one, 8, k)];
+        const uint32_t hit = of.hit[rbti_row(one, 9, k)];
         const rbt_impacts impact = {
             rbti_load(of.velocity, 3, rbti_row(one, 0, k), vectors[0]),
             rbti_load(of.normal, 3, rbti_row(one, 1, k), vectors[1]),
             rbti_load(of.half_size, 1, rbti_row(one, 2, k), &half_size),
             rbti_load(of.wall_velocity, 3, rbti_row(one, 3, k), vectors[2]),
             rbti_load(of.omega, 3, rbti_row(one, 4, k), vectors[3]),
-            rbti_load(of.roughness, 1, rbti_row(one, 5, k), &roughness),
-            rbti_load(of.grain, 3, rbti_row(one, 6, k), vectors[4]),
+            rbti_load(of.inertia, 1, rbti_row(one, 5, k), &about),
+            rbti_load(of.roughness, 1, rbti_row(one, 6, k), &roughness),
+            rbti_load(of.grain, 3, rbti_row(one, 7, k), vectors[4]),
             &index, &hit, of.fresh, of.isotropic};
-        const rbt_rebounds out = {after, turning, works ? work : (double *)0, (int *)0, 0, 0, {0}};
+        const rbt_rebounds out = {after, turning, &moment, works ? work : (double *)0, (int *)0,
+                                  0, 0, {0}};
         codes[k] = rbti_rebound_row(&table, &impact, 0, seed, &out);
         rbti_store(after, 3, k, velocity);
         rbti_store(turning, 3, k, omega);
+        rbti_store(&moment, 1, k, inertia);
         rbti_store(work, 2, k, works);
         if (codes[k] != RBT_OK)
             *flagged = 1;

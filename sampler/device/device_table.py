@@ -19,10 +19,10 @@ _BLOCKS = 32
 _MOST_BYTES = 4096
 
 #: Fields of the records of `rebound_device.h`, in their order.
-_CONDITIONS = ("alpha1", "speed", "spin", "grain", "index", "hit")
+_CONDITIONS = ("alpha1", "speed", "spin", "inertia", "grain", "index", "hit")
 _IMPACTS = (
-    *("velocity", "normal", "half_size", "wall_velocity", "omega", "roughness", "grain"),
-    *("index", "hit"),
+    *("velocity", "normal", "half_size", "wall_velocity", "omega", "inertia", "roughness"),
+    *("grain", "index", "hit"),
 )
 
 
@@ -71,20 +71,26 @@ class DeviceTable(Counting):
         speed: Any,
         *,
         spin: Any = None,
+        inertia: Any = None,
         grain: Literal["own", "fresh"] = "own",
         seed: int | None = None,
         index: Any = None,
         hit: Any = None,
+        inertia_after: Any = None,
     ) -> Any:
         """Draw rebound states, as `Table.sample`, of arrays of CuPy or what numpy takes.
 
-        No grains can be given. Returns a cupy.ndarray, shape (..., n_columns), of the type `dtype`.
+        No grains can be given. Returns a cupy.ndarray, shape (..., n_columns), of the type `dtype`;
+        `inertia_after`, such an array of shape (...), is written.
         """
-        arguments = {"alpha1": alpha1, "speed": speed, "spin": spin}
+        arguments = {"alpha1": alpha1, "speed": speed, "spin": spin, "inertia": inertia}
         call = self._call(arguments, "spin", grain, Keys(seed, index, hit))
         states = self._empty(*call.shape, len(self.columns))
         kernel = "rbt_sample_kernel" if spin is None else "rbt_spin_sample_kernel"
-        self._launch(kernel, call, _CONDITIONS, [states])
+        after = None if inertia_after is None else self._empty(*call.shape)
+        self._launch(kernel, call, _CONDITIONS, [states, after])
+        if inertia_after is not None:
+            inertia_after[...] = after
         return states
 
     def rebound(
@@ -94,6 +100,7 @@ class DeviceTable(Counting):
         half_size: Any,
         *,
         omega: Any = None,
+        inertia: Any = None,
         grain: Literal["own", "fresh"] = "own",
         seed: int | None = None,
         index: Any = None,
@@ -105,15 +112,16 @@ class DeviceTable(Counting):
     ) -> Rebound:
         """Rebound particles from a wall, as `Table.rebound`; arrays and `grain` as for `sample`.
 
-        Returns ``velocity, omega``: cupy.ndarray, shape (..., 3), of the type `dtype`.
+        Returns ``velocity, omega``, shape (..., 3), and ``inertia`` (...): cupy.ndarray of `dtype`.
         """
         isotropic = as_isotropic(isotropic, roughness)
-        if works is not None and "work_normal" not in self.columns:
+        if works is not None and not {"work_normal", "work_shear"} <= {*self.columns}:
             refuse("works", "an array", f"none, for the table {self.pair} has no works")
         arguments = {"velocity": velocity, "normal": normal, "half_size": half_size}
-        arguments |= {"wall_velocity": wall_velocity, "roughness": roughness, "omega": omega}
+        arguments |= {"wall_velocity": wall_velocity, "roughness": roughness}
+        arguments |= {"omega": omega, "inertia": inertia}
         call = self._call(arguments, "omega", grain, Keys(seed, index, hit))
-        after = [self._empty(*call.shape, 3) for _ in range(2)]
+        after = [self._empty(*call.shape, *tail) for tail in ((3,), (3,), ())]
         energies = None if works is None else self._empty(*call.shape, 2)
         self._launch("rbt_rebound_kernel", call, _IMPACTS, [*after, energies], isotropic)
         if works is not None:

@@ -18,6 +18,7 @@ from sampler.formats.bounds import (
     N_FEATURES,
     N_GROUPS,
     N_INPUTS,
+    N_KAPPA_QUANTILES,
     PAIR_BYTES,
 )
 from sampler.formats.channels import MOST_NAMES
@@ -25,7 +26,7 @@ from sampler.formats.channels import MOST_NAMES
 #: Begins every file; its line ends show a transfer as text, its first byte one of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
 #: Major and minor version of the format. A reader takes any minor version of its major version.
-BINARY_VERSION = (2, 0)
+BINARY_VERSION = (3, 0)
 #: Bytes to which every array is aligned: a cache line.
 ALIGNMENT = 64
 #: Files are smaller than this, so that 32-bit indices reach everything in them.
@@ -121,6 +122,8 @@ ARRAYS = (
     *_of("n_leaves",
         ("shape_inertia", "<f8", ("n_shapes", 2),
             "g1, g3 of the largest and smallest moments of inertia"),
+        ("kappa_quantiles", "<f8", ("n_shapes", N_KAPPA_QUANTILES),
+            "kappa of rebounds at equal steps of probability"),
         ("roots", "<i4", ("n_shapes",), "first node of their trees"),
         ("node_axis", "<i1", ("n_nodes",), "quantity that a node compares"),
         ("node_cut", "<f8", ("n_nodes",), "values from here on go to the second child"),
@@ -162,7 +165,7 @@ COUNTS = {
     "n_nodes": "nodes of their trees",
     "n_leaves": "leaves of their trees",
     "n_spin_knots": "knots of a quantile function of the spin law",
-    "n_outcomes": "outcomes of the spin law: 6, or 8 with works; expert_stride is 160 or 224",
+    "n_outcomes": "outcomes of the spin law: 7, or 8 with works; expert_stride is 256 or 288",
     "n_laws": "numbers of the laws of contact; 0: outcomes are whole",
     "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
     f"{SPHERES}: a table of spheres",

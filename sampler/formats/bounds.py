@@ -26,7 +26,7 @@ LENGTHS = {
     "n_nodes": (1, 2**20),
     "n_leaves": (1, 2**20),
     "n_spin_knots": (2, 2**12),
-    "n_outcomes": (6, 8),
+    "n_outcomes": (7, 8),
     "n_laws": (8, 2**20),
     "n_joint": (0, 1),
 }
@@ -108,27 +108,39 @@ ORIENTATION, CONSTANT_RESISTANCE, TABULATED_RESISTANCE, COULOMB = range(4)
 
 # -- the spin law --------------------------------------------------------------------------------
 #
-# Outcomes are (p_u, p_v, p_w, omega_x, omega_y, omega_z). With f^2 = 1 + j1 |spin|^2, the most
-# energy before, the velocities over V are f p / sqrt(1 + |p|^2): whatever p is, some energy is left
-# for the rotation, and a positive p_v leaves the wall. The angular velocities are times a/(f V).
-# Two more are for the works: a, whose sixth power is the share of the normal one, and b, the share
-# of both in what is left of f^2. Being last they can be cut off.
+# With k the inertia about the spin before and E = 1 + k |spin|^2 the energy before, over m V^2 / 2,
+# the velocities over V are sqrt(E) p / sqrt(1 + |p|^2): a positive p_v leaves the wall, and left =
+# E / (1 + |p|^2) stays for rotation and wall. With k' the inertia after, of its kappa, the angular
+# velocities times a/V are sqrt(left / k') o / sqrt(1 + |o|^2), and the wall takes left / (1 + |o|^2),
+# of which a^6 is the normal work's share. So whatever the outcomes are, energies add up.
 
-OUTCOMES = ("p_u", "p_v", "p_w", "omega_x", "omega_y", "omega_z", "a", "b")
-#: sqrt(alpha1), the speed's coordinate, and the three components of a Omega / V_e.
-CONDITIONS = ("root_angle", "speed", "sigma_x", "sigma_y", "sigma_z")
+OUTCOMES = ("p_u", "p_v", "p_w", "o_x", "o_y", "o_z", "kappa", "a")
+#: sqrt(alpha1), the speed's coordinate, the spin's three, and the place of the inertia about it.
+CONDITIONS = ("root_angle", "speed", "sigma_x", "sigma_y", "sigma_z", "kappa")
 N_CONDITIONS = len(CONDITIONS)
 #: Ratios of a grain.
 RATIOS = ("b_a", "c_b")
 N_INPUTS = N_CONDITIONS + len(RATIOS)
 #: 1, the inputs, and the products of two conditions.
 N_FEATURES = 1 + N_INPUTS + N_CONDITIONS * (N_CONDITIONS + 1) // 2
-N_OUTCOMES = 6
+N_OUTCOMES = 7
 N_OUTCOMES_WITH_WORKS = len(OUTCOMES)
 
-#: Largest moment of inertia of a body of mass 1 and half-size 1, and so the weight of the spin in
-#: the effective speed V_e = V sqrt(1 + INERTIA |spin|^2): no particle can leave faster.
+#: Size of the coordinate sigma of the slowest spin, which keeps its direction: the law depends on it
+#: however slow it is. sigma = s / |s| (SPIN_CORE + |s| / (1 + |s|^2)^(1/4)).
+SPIN_CORE = 0.3
+
+#: Largest moment of inertia of a body of mass 1 and half-size 1.
 INERTIA = 2.0 / 3.0
+
+#: Difference of a grain's moments of inertia, over the larger, up to which they are equal.
+EQUAL_MOMENTS = 1e-9
+
+#: How far an inertia may be beyond the moments of its grain, by rounding to single precision.
+INERTIA_ROUNDING = 1e-6
+
+#: Probabilities 0 to 1 in equal steps at which the kappa of rebounds is stored by shape.
+N_KAPPA_QUANTILES = 33
 
 #: Component of the spin along the wall, sigma_x in size, below which a draw may be of either mirror
 #: image of its condition.
@@ -143,14 +155,15 @@ SPIN_SIZE = (0.0, 1e6)
 #: Of outcomes less those of spheres: least 1 - c/a, over which they are, and most by which the
 #: logarithm of p_v can differ, so that v stays positive.
 LEAST_FLATNESS, MOST_POWER = 0.002, 20.0
-#: Least 1 - |(u, v, w)|^2 / f^2 of which p is made: a sphere that keeps all its energy has none.
+#: Least energy, over that before, of which their p and o are made: a sphere that keeps all its
+#: energy leaves none.
 LEAST_REST = 1e-6
 
 #: Largest of the least rebound velocities over V in laws of contact: the sine of the impact angle
 #: from which on it is whole.
 GRAZING = 0.0087
 
-#: Squared spin a Omega / V_e below which the root of a tree takes a particle not to spin.
+#: Squared coordinate of the spin, |sigma|^2, below which the root of a tree takes a particle not to spin.
 NO_SPIN = 1e-12
 
 #: Bound of the score zeta = z / sqrt(1 + z^2 / SCORE_MAX^2), where the quantiles end.

@@ -34,7 +34,6 @@ from sampler.formats.layout import (
     LAW_DATASETS,
     OPTIONAL_ATTRIBUTE,
     SPHERE_DATASETS,
-    SPIN_DATASETS,
     Dataset,
     layout_of,
 )
@@ -140,8 +139,6 @@ class TableContents:
         Whether rebounds do not depend on the speed.
     valid_speed : tuple of two float, optional
         Speeds, m/s, between which the laws of the pair were measured.
-    omega : {"departure", "mean"}
-        What the angular velocity of a state is: at departure, or the mean over free tumbling.
     least_inertia : float
         Smallest moment of inertia over m a^2 of any grain.
 
@@ -159,7 +156,6 @@ class TableContents:
     variables: tuple[str, ...]
     channels: tuple[str, ...]
     speed_independent: bool
-    omega: str
     least_inertia: float
     valid_speed: tuple[float, float] | None = None
 
@@ -170,8 +166,6 @@ class TableContents:
         for path in self.datasets:
             if path not in known:
                 raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
-        if SPIN_DATASETS[-1] in layout and self.omega != "mean":
-            raise TableError(f"omega: got {self.omega!r}, allowed: 'mean', with a spin law")
         _check_names(self.variables, self.channels)
         shapes = {path: np.shape(values) for path, values in self.datasets.items()}
         lengths = check_shapes(shapes)
@@ -191,7 +185,7 @@ class TableContents:
             "n_columns": (len(self.variables), "one for each name"),
             "n_channels": (len(self.channels), "one for each name"),
             "n_marginals": (len(self.marginals), "one for each name"),
-            "n_outcomes": (outcomes, "8 with works, else 6"),
+            "n_outcomes": (outcomes, "8 with works, else 7"),
             "n_spin_factors": (outcomes * (outcomes + 1) // 2, "lower triangles"),
         }
         return lengths | ({"n_shapes": (1, "the sphere")} if self.of_spheres else {})
@@ -234,7 +228,6 @@ class TableContents:
             "components": " ".join(self.variables),
             "channels": " ".join(self.channels),
             "speed_independent": int(self.speed_independent),
-            "omega": self.omega,
             "least_inertia": self.least_inertia,
         } | ({} if valid is None else {"valid_speed": list(valid)})
 
@@ -362,7 +355,6 @@ def _contents_of(attributes: Mapping[str, Any], datasets: Mapping[str, Array]) -
         variables=tuple(attributes["components"].split()),
         channels=tuple(attributes["channels"].split()),
         speed_independent=bool(attributes["speed_independent"]),
-        omega=attributes["omega"],
         least_inertia=attributes["least_inertia"],
         valid_speed=None if valid is None else (valid[0], valid[1]),
     )

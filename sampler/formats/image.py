@@ -352,6 +352,7 @@ def _spin_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
     held = contents["spin/shape_weights"] > 0.0
     return {
         "shape_inertia": contents["spin/shape_inertia"][held],
+        "kappa_quantiles": contents["spin/kappa_quantiles"][held],
         "roots": contents["spin/roots"][held],
         "node_axis": contents["spin/node_axis"],
         "node_cut": contents["spin/node_cut"],

@@ -28,6 +28,7 @@ from sampler.formats.bounds import (
     N_FEATURES,
     N_GROUPS,
     N_INPUTS,
+    N_KAPPA_QUANTILES,
     OUTCOME,
     PAIR_BYTES,
     SCORE_MAX,
@@ -43,7 +44,7 @@ from sampler.formats.checks import Check
 
 FORMAT = "rebound-table"
 #: Major and minor version. A reader takes any minor version of its major version.
-FORMAT_VERSION = (2, 0)
+FORMAT_VERSION = (3, 0)
 
 
 @dataclass(frozen=True)
@@ -163,6 +164,10 @@ SPIN_DATASETS = (
         "coefficients g1, g3: moments of inertia over m a^2 of a grain with beta = b/a, "
         "gamma = c/b, largest g1 (1 + beta^2), smallest g3 beta^2 (1 + gamma^2)",
         (checks.within(*INERTIA_COEFFICIENT),)),
+    Dataset("spin/kappa_quantiles", "<f8", ("n_shapes", N_KAPPA_QUANTILES), "1",
+        "place kappa of the inertia about the spin, by shape, that rebounds leave: at equal steps of "
+        "probability from 0 to 1; 0 at the smallest moment of inertia, 1 at the largest",
+        (*_SHARE, checks.non_decreasing)),
     Dataset("spin/aspect", "<f8", (2, 4), "1",
         "normal laws of b/a and c/b in the population: mean, standard deviation, and the standard "
         "normal probabilities of the ends of the range; a deviation of 0: the mean, always",
@@ -182,14 +187,15 @@ SPIN_DATASETS = (
     Dataset("spin/roots", "<i4", ("n_shapes",), "1",
         "node at which the tree of a shape begins", (checks.spin_roots,)),
     Dataset("spin/node_axis", "|i1", ("n_nodes",), "1",
-        "what a node compares: 0 to 4 a condition, 5 the square of the coordinate of the spin",
+        f"what a node compares: 0 to {N_CONDITIONS - 1} a condition, {N_CONDITIONS} the square of the "
+        "coordinate of the spin",
         (checks.within(0, N_CONDITIONS),)),
     Dataset("spin/node_cut", "<f8", ("n_nodes",), "1",
         "values from this on belong to the second child", (checks.within(-MOST_CUT, MOST_CUT),)),
     Dataset("spin/node_child", "<i4", ("n_nodes", 2), "1",
         "children: a later node, or -1 - the number of a leaf", (checks.spin_children,)),
     Dataset("spin/centre", "<f4", ("n_leaves", N_INPUTS), "1",
-        "by leaf: middle of the five conditions, b/a and c/b",
+        "by leaf: middle of the six conditions, b/a and c/b",
         (checks.within(-MOST_MIDDLE, MOST_MIDDLE),)),
     Dataset("spin/scale", "<f4", ("n_leaves", N_INPUTS), "1",
         "by leaf: what the distances from the middle are multiplied by",
@@ -205,9 +211,8 @@ SPIN_DATASETS = (
         "lower-triangular factors of the scores' covariances, rows packed: L00, L10, L11, ...",
         (checks.positive_diagonals_of("spin/mean"),), compressed=True),
     Dataset("spin/quantiles", "<f4", ("n_leaves", "n_outcomes", "n_spin_knots"), "1",
-        "outcomes p_u, p_v, p_w, omega_x, omega_y, omega_z, and of a law with works a and b of "
-        "both, at equal steps of the bounded score, "
-        f"from -{SCORE_MAX:g} to {SCORE_MAX:g}; angular velocities times a/V_e",
+        "outcomes p_u, p_v, p_w, o_x, o_y, o_z, kappa, and of a law with works a, at equal steps of "
+        f"the bounded score, from -{SCORE_MAX:g} to {SCORE_MAX:g}",
         (checks.within(*OUTCOME), checks.non_decreasing, checks.spin_leaves_the_wall),
         compressed=True),
     Dataset("spin_accuracy/alpha_deg", "<f8", ("n_spin_conditions",), "degree",
@@ -317,12 +322,6 @@ ATTRIBUTES = {
         int,
         "1: rebounds do not depend on the speed, so that none is outside the table; else 0",
         lambda value: value in (0, 1),
-    ),
-    "omega": Attribute(
-        str,
-        "what the angular velocity of a state is: mean, over the free tumbling that follows, or "
-        "departure, at that instant; with a spin law, mean",
-        lambda value: value in ("mean", "departure"),
     ),
     "least_inertia": Attribute(
         float,

@@ -9,8 +9,8 @@
 ! said in the header; names, their order and codes are the same. Fields of its records are arguments,
 ! and what is NULL or 0 there is left out:
 !
-!     code = rbt_rebound(table, v, normal, a, omega=spin, index=particle, hit=hit, seed=seed, &
-!         new_velocity=new_v, new_omega=new_spin)
+!     code = rbt_rebound(table, v, normal, a, omega=spin, inertia=k, index=particle, hit=hit, &
+!         seed=seed, new_velocity=new_v, new_omega=new_spin, new_inertia=new_k)
 !
 ! Results must be other variables than arguments. For n particles arrays have the shapes (n), (3, n),
 ! and (2, n) for works; where these do not agree, the code is RBT_ERR_MISSING, and nothing is written.
@@ -60,18 +60,20 @@ module rebound_sampler
   end type rbt_range
 
   type, bind(c) :: c_conditions
-    type(c_ptr) :: alpha1, speed, spin = c_null_ptr, grain = c_null_ptr, index, hit
+    type(c_ptr) :: alpha1, speed, spin = c_null_ptr, inertia = c_null_ptr, grain = c_null_ptr, &
+        index, hit, inertia_after = c_null_ptr
     integer(c_int) :: fresh
   end type c_conditions
 
   type, bind(c) :: c_impacts
     type(c_ptr) :: velocity, normal, half_size, wall_velocity = c_null_ptr, omega = c_null_ptr, &
-        roughness = c_null_ptr, grain = c_null_ptr, index, hit
+        inertia = c_null_ptr, roughness = c_null_ptr, grain = c_null_ptr, index, hit
     integer(c_int) :: fresh, isotropic
   end type c_impacts
 
   type, bind(c) :: c_rebounds
-    type(c_ptr) :: velocity = c_null_ptr, omega = c_null_ptr, works = c_null_ptr, codes = c_null_ptr
+    type(c_ptr) :: velocity = c_null_ptr, omega = c_null_ptr, inertia = c_null_ptr, &
+        works = c_null_ptr, codes = c_null_ptr
     integer(c_size_t) :: bad = 0, first_bad = 0, flagged(4) = 0
   end type c_rebounds
 
@@ -325,14 +327,16 @@ contains
     code = c_grains(table%handle, int(n, c_size_t), seed, index, hits, grains)
   end function rbt_grains
 
-  ! Draw a state for each column of `states`, whose rows are those of rbt_components.
-  function rbt_sample(table, alpha1, speed, spin, grain, index, hit, fresh, seed, states, codes) &
-      result(code)
+  ! Draw a state for each column of `states`, whose rows are those of rbt_components, and the inertia
+  ! about the spin after.
+  function rbt_sample(table, alpha1, speed, spin, inertia, grain, index, hit, inertia_after, fresh, &
+      seed, states, codes) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in), contiguous, target :: alpha1(:), speed(:)
-    real(c_double), intent(in), contiguous, target, optional :: spin(:, :), grain(:, :)
+    real(c_double), intent(in), contiguous, target, optional :: spin(:, :), inertia(:), grain(:, :)
     integer(c_int64_t), intent(in), contiguous, target :: index(:)
     integer(c_int32_t), intent(in), contiguous, target :: hit(:)
+    real(c_double), intent(inout), contiguous, target, optional :: inertia_after(:)
     logical, intent(in), optional :: fresh
     integer(c_int64_t), intent(in) :: seed
     real(c_double), intent(inout), contiguous, target, optional :: states(:, :)
@@ -347,6 +351,8 @@ contains
     height = c_components(table%handle, c_null_ptr)
     agree = all([size(speed), size(index), size(hit)] == n)
     if (present(spin)) agree = agree .and. all(shape(spin) == [3, n])
+    if (present(inertia)) agree = agree .and. size(inertia) == n
+    if (present(inertia_after)) agree = agree .and. size(inertia_after) == n
     if (present(grain)) agree = agree .and. all(shape(grain) == [3, n])
     if (present(states)) agree = agree .and. all(shape(states) == [height, n])
     if (present(codes)) agree = agree .and. size(codes) == n
@@ -355,6 +361,8 @@ contains
     given = c_conditions(alpha1=c_loc(alpha1), speed=c_loc(speed), index=c_loc(index), &
         hit=c_loc(hit), fresh=as_int(fresh))
     if (present(spin)) given%spin = c_loc(spin)
+    if (present(inertia)) given%inertia = c_loc(inertia)
+    if (present(inertia_after)) given%inertia_after = c_loc(inertia_after)
     if (present(grain)) given%grain = c_loc(grain)
     new_states = c_null_ptr
     if (present(states)) new_states = c_loc(states)
@@ -363,16 +371,19 @@ contains
     code = c_sample(table%handle, int(n, c_size_t), given, seed, new_states, new_codes)
   end function rbt_sample
 
-  function rebound_one(table, velocity, normal, half_size, wall_velocity, omega, roughness, grain, &
-      index, hit, fresh, isotropic, seed, new_velocity, new_omega, works) result(code)
+  function rebound_one(table, velocity, normal, half_size, wall_velocity, omega, inertia, roughness, &
+      grain, index, hit, fresh, isotropic, seed, new_velocity, new_omega, new_inertia, works) &
+      result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in), target :: velocity(3), normal(3), half_size
-    real(c_double), intent(in), target, optional :: wall_velocity(3), omega(3), roughness, grain(3)
+    real(c_double), intent(in), target, optional :: wall_velocity(3), omega(3), inertia, roughness, &
+        grain(3)
     integer(c_int64_t), intent(in), target :: index
     integer(c_int32_t), intent(in), target :: hit
     logical, intent(in), optional :: fresh, isotropic
     integer(c_int64_t), intent(in) :: seed
-    real(c_double), intent(inout), target, optional :: new_velocity(3), new_omega(3), works(2)
+    real(c_double), intent(inout), target, optional :: new_velocity(3), new_omega(3), new_inertia, &
+        works(2)
     integer(c_int) :: code
     type(c_impacts) :: given
     type(c_rebounds) :: found
@@ -381,27 +392,30 @@ contains
         index=c_loc(index), hit=c_loc(hit), fresh=as_int(fresh), isotropic=as_int(isotropic))
     if (present(wall_velocity)) given%wall_velocity = c_loc(wall_velocity)
     if (present(omega)) given%omega = c_loc(omega)
+    if (present(inertia)) given%inertia = c_loc(inertia)
     if (present(roughness)) given%roughness = c_loc(roughness)
     if (present(grain)) given%grain = c_loc(grain)
     if (present(new_velocity)) found%velocity = c_loc(new_velocity)
     if (present(new_omega)) found%omega = c_loc(new_omega)
+    if (present(new_inertia)) found%inertia = c_loc(new_inertia)
     if (present(works)) found%works = c_loc(works)
     code = c_rebound(table%handle, 1_c_size_t, given, seed, found)
   end function rebound_one
 
-  function rebound_many(table, velocity, normal, half_size, wall_velocity, omega, roughness, grain, &
-      index, hit, fresh, isotropic, seed, new_velocity, new_omega, works, codes, bad, first_bad, &
-      flagged) result(code)
+  function rebound_many(table, velocity, normal, half_size, wall_velocity, omega, inertia, roughness, &
+      grain, index, hit, fresh, isotropic, seed, new_velocity, new_omega, new_inertia, works, codes, &
+      bad, first_bad, flagged) result(code)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in), contiguous, target :: velocity(:, :), normal(:, :), half_size(:)
     real(c_double), intent(in), contiguous, target, optional :: wall_velocity(:, :), omega(:, :)
-    real(c_double), intent(in), contiguous, target, optional :: roughness(:), grain(:, :)
+    real(c_double), intent(in), contiguous, target, optional :: inertia(:), roughness(:), grain(:, :)
     integer(c_int64_t), intent(in), contiguous, target :: index(:)
     integer(c_int32_t), intent(in), contiguous, target :: hit(:)
     logical, intent(in), optional :: fresh, isotropic
     integer(c_int64_t), intent(in) :: seed
     real(c_double), intent(inout), contiguous, target, optional :: new_velocity(:, :)
-    real(c_double), intent(inout), contiguous, target, optional :: new_omega(:, :), works(:, :)
+    real(c_double), intent(inout), contiguous, target, optional :: new_omega(:, :), new_inertia(:)
+    real(c_double), intent(inout), contiguous, target, optional :: works(:, :)
     integer(c_int), intent(inout), contiguous, target, optional :: codes(:)
     integer, intent(out), optional :: bad, first_bad  ! rows with an error; first of them, 0: none
     integer, intent(out), optional :: flagged(4)  ! rows with RBT_ANGLE, _SPEED, _SPIN, _EXTRAPOLATED
@@ -415,6 +429,8 @@ contains
     agree = all([shape(velocity), shape(normal), size(index), size(hit)] == [3, n, 3, n, n, n])
     if (present(wall_velocity)) agree = agree .and. all(shape(wall_velocity) == [3, n])
     if (present(omega)) agree = agree .and. all(shape(omega) == [3, n])
+    if (present(inertia)) agree = agree .and. size(inertia) == n
+    if (present(new_inertia)) agree = agree .and. size(new_inertia) == n
     if (present(roughness)) agree = agree .and. size(roughness) == n
     if (present(grain)) agree = agree .and. all(shape(grain) == [3, n])
     if (present(new_velocity)) agree = agree .and. all(shape(new_velocity) == [3, n])
@@ -427,10 +443,12 @@ contains
           index=c_loc(index), hit=c_loc(hit), fresh=as_int(fresh), isotropic=as_int(isotropic))
       if (present(wall_velocity)) given%wall_velocity = c_loc(wall_velocity)
       if (present(omega)) given%omega = c_loc(omega)
+      if (present(inertia)) given%inertia = c_loc(inertia)
       if (present(roughness)) given%roughness = c_loc(roughness)
       if (present(grain)) given%grain = c_loc(grain)
       if (present(new_velocity)) found%velocity = c_loc(new_velocity)
       if (present(new_omega)) found%omega = c_loc(new_omega)
+      if (present(new_inertia)) found%inertia = c_loc(new_inertia)
       if (present(works)) found%works = c_loc(works)
       if (present(codes)) found%codes = c_loc(codes)
       code = c_rebound(table%handle, int(n, c_size_t), given, seed, found)

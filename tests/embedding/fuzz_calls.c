@@ -84,6 +84,24 @@ static void check(const double *results, size_t row, size_t width, int code)
     }
 }
 
+/* Whether a row has what it came with, or 0. */
+static void check_kept(const double *results, const double *before, size_t row, size_t width)
+{
+    const double none[3] = {0.0, 0.0, 0.0};
+    if (results && memcmp(results + row * width, before ? before + row * width : none,
+                          width * sizeof *none) != 0)
+        fail("a particle that recedes is changed");
+}
+
+static int has_works(const rbt_table *table)
+{
+    int columns[RBT_VALUES], found = 0;
+    rbt_components(table, columns);
+    for (int k = 0; k < RBT_VALUES; k++)
+        found += columns[k] == RBT_WORK_NORMAL || columns[k] == RBT_WORK_SHEAR;
+    return found == 2;
+}
+
 typedef struct tally {
     size_t drawn, refused, first;
     int flags, error;
@@ -113,10 +131,12 @@ static void draw(const rbt_table *table, size_t n, const uint64_t *index, const 
     const size_t width = (size_t)rbt_components(table, NULL);
     double *alpha1 = given(n, 1, 0.001, 1.58, 50), *speed = given(n, 1, 1.0, 400.0, 50);
     double *spin = given(n, 3, -3.0, 3.0, 2), *grain = given_grains(n);
+    double *inertia = given(n, 1, 0.0, 0.7, 2), *after = one_in(2) ? NULL : numbers(n);
     double *states = one_in(10) ? NULL : numbers(n * width);
     int *codes = one_in(10) ? NULL : (int *)malloc(n * sizeof(int) + 1);
     memset(&c, 0, sizeof c);
-    c.alpha1 = alpha1, c.speed = speed, c.spin = spin, c.grain = grain;
+    c.alpha1 = alpha1, c.speed = speed, c.spin = spin, c.inertia = inertia, c.grain = grain;
+    c.inertia_after = after;
     c.index = one_in(50) ? NULL : index, c.hit = one_in(50) ? NULL : hit;
     c.fresh = one_in(2);
     const int code = rbt_sample(table, n, &c, word(), states, codes);
@@ -126,11 +146,13 @@ static void draw(const rbt_table *table, size_t n, const uint64_t *index, const 
     for (size_t k = 0; k < n && !missing && codes; k++) {
         count(&t, codes[k], k);
         check(states, k, width, codes[k]);
+        check(states ? after : NULL, k, 1, codes[k]);
     }
     if (!missing && codes && code != (t.refused ? t.error : t.flags))
         fail("a draw does not return what its rows say");
     all->drawn += t.drawn, all->refused += t.refused;
-    free(alpha1), free(speed), free(spin), free(grain), free(states), free(codes);
+    free(alpha1), free(speed), free(spin), free(inertia), free(grain), free(states), free(codes);
+    free(after);
 }
 
 static void rebound(const rbt_table *table, size_t n, const uint64_t *index, const uint32_t *hit,
@@ -142,34 +164,44 @@ static void rebound(const rbt_table *table, size_t n, const uint64_t *index, con
     double *velocity = given(n, 3, -200.0, 200.0, 50), *normal = given(n, 3, -1.0, 1.0, 50);
     double *half_size = given(n, 1, 1e-6, 1e-3, 50), *wall = given(n, 3, -5.0, 5.0, 2);
     double *omega = given(n, 3, -1e6, 1e6, 2), *roughness = given(n, 1, 0.0, 0.5, 2);
-    double *grain = given_grains(n);
+    double *grain = given_grains(n), *inertia = given(n, 1, 0.0, 0.7, 2);
     memset(&m, 0, sizeof m);
     memset(&out, 0, sizeof out);
     m.velocity = velocity, m.normal = normal, m.half_size = half_size, m.wall_velocity = wall;
-    m.omega = omega, m.roughness = roughness, m.grain = grain;
+    m.omega = omega, m.inertia = inertia, m.roughness = roughness, m.grain = grain;
     m.index = one_in(50) ? NULL : index, m.hit = one_in(50) ? NULL : hit;
     m.fresh = one_in(2), m.isotropic = one_in(2);
     out.velocity = one_in(10) ? NULL : numbers(3 * n);
     out.omega = one_in(10) ? NULL : numbers(3 * n);
-    out.works = one_in(2) ? NULL : numbers(2 * n);
+    out.inertia = one_in(10) ? NULL : numbers(n);
+    out.works = one_in(has_works(table) ? 2 : 99) ? numbers(2 * n) : NULL;
     out.codes = one_in(10) ? NULL : (int *)malloc(n * sizeof(int) + 1);
     const int code = rbt_rebound(table, n, &m, word(), &out);
     const int missing = !velocity || !normal || !half_size || !m.index || !m.hit;
-    if (missing != (code == RBT_ERR_MISSING))
-        fail("a missing array is not told");
-    for (size_t k = 0; k < n && !missing && out.codes; k++) {
+    const int lacking = !missing && out.works && !has_works(table);
+    if (missing != (code == RBT_ERR_MISSING) || lacking != (code == RBT_ERR_NO_WORKS))
+        fail("a missing array, or one of works, is not told");
+    for (size_t k = 0; k < n && !missing && !lacking && out.codes; k++) {
         count(&t, out.codes[k], k);
+        check(out.works, k, 2, out.codes[k]);
+        if (out.codes[k] == RBT_ERR_NOT_APPROACHING) {
+            check_kept(out.velocity, velocity, k, 3);
+            check_kept(out.omega, omega, k, 3);
+            check_kept(out.inertia, inertia, k, 1);
+            continue;
+        }
         check(out.velocity, k, 3, out.codes[k]);
         check(out.omega, k, 3, out.codes[k]);
-        check(out.works, k, 2, out.codes[k]);
+        check(out.inertia, k, 1, out.codes[k]);
     }
-    if (!missing && out.codes &&
+    if (!missing && !lacking && out.codes &&
         (code != (t.refused ? t.error : t.flags) || out.bad != t.refused || out.first_bad != t.first ||
          memcmp(out.flagged, t.kinds, sizeof t.kinds) != 0))
         fail("a rebound does not report what its rows say");
     all->drawn += t.drawn, all->refused += t.refused;
     free(velocity), free(normal), free(half_size), free(wall), free(omega), free(roughness);
-    free(grain), free(out.velocity), free(out.omega), free(out.works), free(out.codes);
+    free(grain), free(inertia), free(out.velocity), free(out.omega), free(out.inertia);
+    free(out.works), free(out.codes);
 }
 
 /* Copies of a table, its grains, and the gas. */

@@ -19,7 +19,7 @@ ROUNDING = {
     **{"draw": 0.0, "rebound": 1e-13, "rough-rebound": 1e-12},
     **{"spin-draw": 0.0, "spin-rebound": 1e-5, "spin-rough": 1e-5},
 }
-CODES = {"spin": {0, 1, 2, 10, 11, 14, -2, -3, -4, -5, -7}, "spin-works": {1, 2}}
+CODES = {"spin": {0, 1, 2, 3, 4, 5, 6, 7, 10, 11, 14, 15, -2, -3, -4, -5, -7}, "spin-works": {1, 5}}
 
 
 def load(name):
@@ -38,10 +38,13 @@ def check(table, name):
     """Check each case, by the functions for compiled code."""
     codes = set()
     for case in read_cases(name):
-        code, values = answer(table, case.kind, case.given, case.keys)
+        code, values, after = answer(table, case.kind, case.given, case.keys)
+        expected = [*case.expected]
         assert code == case.code
-        agree(case.kind, values[: len(case.expected)], case.expected)
-        assert not values[len(case.expected) :].any()
+        if case.kind.startswith("spin"):
+            assert abs(after - expected.pop()) <= ROUNDING[case.kind]
+        agree(case.kind, values[: len(expected)], expected)
+        assert not values[len(expected) :].any()
         codes.add(code)
     assert codes == CODES.get(name, {0, 1, 2, 3, -2, -3, -4, -5, -6, -7})
 

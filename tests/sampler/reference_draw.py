@@ -132,15 +132,32 @@ def reference_grain(contents, seed, index, hit=0):
 
 
 def reference_moments(contents, grain):
-    """Largest and smallest moment of inertia of a grain over m a^2."""
+    """Smallest and largest moment of inertia of a grain over m a^2."""
     code, beta, gamma = grain
     row = list(contents["spin/shape_codes"]).index(code)
     g1, g3 = contents["spin/shape_inertia"][row]
-    return g1 * (1.0 + beta**2), g3 * beta**2 * (1.0 + gamma**2)
+    return g3 * beta**2 * (1.0 + gamma**2), g1 * (1.0 + beta**2)
+
+
+def reference_kappa(inertia, least, most):
+    """Place of an inertia between the moments of a grain: 0 at the smallest, 1 at the largest."""
+    if most - least <= 1e-9 * most:
+        return 0.5
+    share = (1.0 / least - 1.0 / inertia) / (1.0 / least - 1.0 / most)
+    share = min(max(share, 0.0), 1.0)
+    return math.sqrt(share) / (math.sqrt(share) + math.sqrt(1.0 - share))
+
+
+def reference_inertia(kappa, least, most):
+    """Inertia of such a place."""
+    if most - least <= 1e-9 * most:
+        return most
+    share = kappa**2 / (kappa**2 + (1.0 - kappa) ** 2)
+    return 1.0 / (1.0 / least - share * (1.0 / least - 1.0 / most))
 
 
 def _leaf(contents, row, condition):
-    """Leaf of a condition, five numbers and the squared spin, in the tree of a shape."""
+    """Leaf of a condition, six numbers and the squared spin, in the tree of a shape."""
     node = int(contents["spin/roots"][row])
     while node >= 0:
         value = condition[contents["spin/node_axis"][node]]
@@ -169,43 +186,68 @@ def _of_a_sphere(laws, alpha1, spin):
     return np.array([u - pull * slip[0], away, pull * slip[1], *(np.array(spin) + turned)])
 
 
-def _with_sphere(x, contents, alpha1, spin, grain, energy):
+def _with_sphere(x, contents, alpha1, spin, grain):
     """Outcomes x plus those of the sphere with the grain's mean moment of inertia."""
     b, c = grain[1], grain[1] * grain[2]
     radius, flat = math.sqrt((1.0 + b**2 + c**2) / 3.0), max(1.0 - c, 0.002)
     state = _of_a_sphere(contents["spin/laws"], alpha1, radius * np.array(spin))
-    velocity, omega = state[:3] / math.sqrt(energy), state[3:] / (radius * math.sqrt(energy))
-    p = velocity / math.sqrt(max(1.0 - velocity @ velocity, 1e-6))
+    before = 1.0 + 0.4 * radius**2 * (spin @ spin)
+    velocity, turning = state[:3], math.sqrt(0.4) * state[3:]
+    left = before - velocity @ velocity
+    p = velocity / math.sqrt(max(left, 1e-6 * before))
+    o = turning / math.sqrt(max(left - turning @ turning, 1e-6 * before))
     raised = p[1] * math.exp(min(max(flat * x[1], -20.0), 20.0))
-    whole = np.concatenate([p, omega]) + flat * x[:6]
+    whole = np.concatenate([p, o]) + flat * x[:6]
     return np.array([whole[0], raised, *whole[2:], *x[6:]])
 
 
-def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
-    """State of a particle that arrives spinning, and works: steps 1 to 7 of "The spin law".
+def reference_before(contents, speed, spin, inertia, grain, words):
+    """Spin, inertia, kappa, energy over m V^2 / 2 and effective speed of what arrives."""
+    square, most_spin = sum(x * x for x in spin), contents["spin/spin_range"][1]
+    spin = min(1.0, most_spin / math.sqrt(square)) * np.array(spin) if square else np.zeros(3)
+    least, most = reference_moments(contents, grain)
+    if inertia:
+        inertia = min(max(inertia, least), most)
+        kappa = reference_kappa(inertia, least, most)
+    else:
+        row = list(contents["spin/shape_codes"]).index(grain[0])
+        quantiles = contents["spin/kappa_quantiles"][row]
+        u = (int(words[11]) + 0.5) / 2**32
+        kappa = np.interp(u, np.linspace(0.0, 1.0, quantiles.size), quantiles)
+        inertia = reference_inertia(kappa, least, most)
+        kappa = kappa if most - least > 1e-9 * most else 0.5
+    energy = 1.0 + inertia * (spin @ spin)
+    return spin, inertia, kappa * (square > 0.0), energy, speed * math.sqrt(energy)
 
-    `words` are those of blocks 0, 1 and 2 of the keys, `grain` a shape code, b/a and c/b. In double
+
+def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
+    """State of a particle that arrives spinning, works, and last the inertia about its spin.
+
+    Steps 1 to 7 of "The spin law". `words` are those of blocks 0, 1 and 2 of the keys, `grain` a
+    shape code, b/a and c/b, `inertia` that about the spin, 0 if it is not known. In double
     precision throughout: where a share falls next to the border between two experts, or a condition
     next to a cut, the kernels, in single precision, may choose the other.
     """
     w = [int(word) for word in words]
     # 1. condition
     alphas, speeds = np.deg2rad(contents["spin/alpha_range_deg"]), contents["spin/speed_range"]
-    factor = math.sqrt(1.0 + 2.0 / 3.0 * sum(x * x for x in spin))
-    square, most = sum(x * x for x in spin), contents["spin/spin_range"][1] ** 2
-    divisor = (1.0 + min(square, most)) ** 0.25 * math.sqrt(max(square / most, 1.0))
+    before = reference_before(contents, speed, spin, inertia, grain, w)
+    spin, inertia, kappa, energy, effective = before
+    size = math.sqrt(spin @ spin)
+    sigma = spin / size * (0.3 + size / (1.0 + size**2) ** 0.25) if size else np.zeros(3)
     side = (w[0] % 256 * 256 + w[1] % 256 + 0.5) / 2**16
-    turn = 1.0 if side < 0.5 + 5.0 * spin[0] / divisor else -1.0
-    sigma = np.array([turn * spin[0], turn * spin[1], spin[2]]) / divisor
+    turn = 1.0 if side < 0.5 + 5.0 * sigma[0] else -1.0
+    sigma, spin = sigma * [turn, turn, 1.0], spin * [turn, turn, 1.0]
     k, n = contents["spin/speed_coordinate"]
-    effective = min(max(speed * factor, speeds[0]), speeds[1])
+    effective = min(max(effective, speeds[0]), speeds[1])
     q = [math.sqrt(min(max(alpha1, alphas[0]), alphas[1])), math.exp(-k * effective**n), *sigma]
+    q.append(kappa)
     # 2. leaf
     row = list(contents["spin/shape_codes"]).index(grain[0])
     leaf = _leaf(contents, row, [*q, sigma @ sigma])
     # 3. features
     t = (np.array([*q, *grain[1:]]) - contents["spin/centre"][leaf]) * contents["spin/scale"][leaf]
-    products = [t[i] * t[j] - 0.5 * (i == j) for i in range(5) for j in range(i, 5)]
+    products = [t[i] * t[j] - 0.5 * (i == j) for i in range(6) for j in range(i, 6)]
     features = np.array([1.0, *t, *products])
     # 4. expert
     group = _chosen(features @ (contents["spin/group_gate"][leaf] / 512.0), w[0])
@@ -222,18 +264,13 @@ def reference_spin_draw(contents, alpha1, speed, spin, grain, words):
     knots = np.linspace(-6.0, 6.0, quantiles.shape[1])
     bounded = z / np.sqrt(1.0 + z * z / 36.0)
     x = np.array([np.interp(bounded[j], knots, quantiles[j]) for j in range(n)])
-    largest, smallest = reference_moments(contents, grain)
-    root = math.sqrt(1.0 + largest * sum(x * x for x in spin))
     if "spin/laws" in contents.datasets:
-        held = min(math.sqrt(most / max(square, most)), 1.0)
-        given = held * np.array([turn * spin[0], turn * spin[1], spin[2]])
-        energy = 1.0 + largest * (given @ given)
-        x = _with_sphere(x, contents, q[0] ** 2, given, grain, energy)
+        x = _with_sphere(x, contents, q[0] ** 2, spin, grain)
     # 7. state
-    whole = 1.0 + x[:3] @ x[:3]
-    turns = max(smallest * (x[3:6] @ x[3:6]) * whole, 1.0)
-    velocity, omega = root / math.sqrt(whole) * x[:3], root / math.sqrt(turns) * x[3:6]
-    left = root**2 - velocity @ velocity - smallest * (omega @ omega)
-    shares = [min(x[6] ** 6, 1.0), min(max(x[7], 0.0), 1.0)] if n > 6 else []
-    works = [left * shares[1] * part for part in (shares[0], 1.0 - shares[0])] if n > 6 else []
-    return np.array([*velocity * [1.0, 1.0, turn], *omega * [turn, turn, 1.0], *works])
+    after = reference_inertia(min(max(x[6], 0.0), 1.0), *reference_moments(contents, grain))
+    left = energy / (1.0 + x[:3] @ x[:3])
+    loss = left / (1.0 + x[3:6] @ x[3:6])
+    velocity, omega = math.sqrt(left) * x[:3], math.sqrt(loss / after) * x[3:6]
+    share = min(max(x[7], 0.0), 1.0) ** 6 if n > 7 else 0.0
+    works = [share * loss, (1.0 - share) * loss] if n > 7 else []
+    return np.array([*velocity * [1.0, 1.0, turn], *omega * [turn, turn, 1.0], *works, after])

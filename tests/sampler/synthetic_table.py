@@ -154,7 +154,6 @@ def make_contents(datasets=None, **changes):
         "variables": STATE,
         "channels": CHANNELS[:6],
         "speed_independent": False,
-        "omega": "departure",
         "least_inertia": 0.0,
     }
     return TableContents(datasets=datasets or make_datasets(), **(attributes | changes))

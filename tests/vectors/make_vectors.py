@@ -10,14 +10,16 @@ with one case a line, numbers as hexadecimal floating point:
     rough-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS SEED INDEX HIT CODE ...
 
 VALUE are variables, 0 where they are no column of the table; lines of a table without the work of
-the impulses do not have it. The table spin, with a spin law, also has other lines, in which SPIN
-and OMEGA are those before the impact:
+the impulses do not have it. The table spin, with a spin law, also has other lines, in which SPIN,
+OMEGA and the first INERTIA are those before the impact:
 
-    spin-draw ALPHA1 SPEED SPIN*3 SEED INDEX HIT CODE STATE*6 [0 0 WORK*2]
-    spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 SEED INDEX HIT CODE ...
-    spin-rough VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS OMEGA*3 SEED INDEX HIT ...
+    spin-draw ALPHA1 SPEED SPIN*3 INERTIA SEED INDEX HIT CODE STATE*6 [0 0 WORK*2] INERTIA
+    spin-rebound VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 OMEGA*3 INERTIA SEED INDEX HIT CODE
+        VELOCITY*3 OMEGA*3 INERTIA
+    spin-rough VELOCITY*3 NORMAL*3 HALF_SIZE WALL_VELOCITY*3 ROUGHNESS OMEGA*3 INERTIA SEED ...
 
-With an error code results are NaN; the values are 0. The tests of Python, C, C++ and
+With an error code results are NaN, but those of a rebound with code -3, which are what was before;
+the values are 0. The tests of Python, C, C++ and
 Fortran read these files. The draw that makes them is compared with an independent one in
 tests/sampler; run this script again only when the draw is meant to change.
 """
@@ -115,19 +117,26 @@ def rough_conditions(table):
     ]
 
 
-#: Angle, speed and spin: at zero spin, on both sides of the plane, at the fold, where chance takes
-#: the side, outside, and what is refused.
+#: Angle, speed, spin and inertia: at zero spin, on both sides of the plane, at the fold, where chance
+#: takes the side, inertias that are not known or beyond, outside, and what is refused.
 SPIN_DRAWS = (
-    (0.5, 100.0, (0.0, 0.0, 0.0)), (0.5, 100.0, (-0.0, 1e-9, 0.0)), (0.1, 60.0, (0.3, -1.0, -0.8)),
-    (0.1, 60.0, (-0.3, 1.0, -0.8)), (1.2, 250.0, (4.0, 3.0, 2.0)), (0.5 * math.pi, 20.0, (0, 0, 9)),
-    *((0.5, 100.0, (0.02 * k, 1.5, 0.2)) for k in (-4, -1, 0, 0, 0, 1, 4)),
-    (1.0, 1e-3, (1e4, -2e4, 1e4)), (1.0, 1e-3, (1.0, 1.0, 1.0)), (1e-3, 900.0, (0.1, 0.2, 0.3)),
-    (NAN, 100.0, REST), (0.5, 100.0, (NAN, 0, 0)), (0.5, 100.0, (0, INFINITE, 0)),
-    (0.5, 100.0, (0, 0, 1e160)), (0.0, 100.0, REST), (0.0, 100.0, (NAN, 0, 0)), (0.5, 0.0, REST),
+    (0.5, 100.0, (0.0, 0.0, 0.0), 0.0), (0.5, 100.0, (0.0, 0.0, 0.0), 9.0),
+    (0.5, 100.0, (-0.0, 1e-9, 0.0), 0.3), (0.1, 60.0, (0.3, -1.0, -0.8), 0.25),
+    (0.1, 60.0, (-0.3, 1.0, -0.8), 0.25), (0.1, 60.0, (0.3, -1.0, -0.8), 0.0),
+    (1.2, 250.0, (4.0, 3.0, 2.0), 0.3), (0.5 * math.pi, 20.0, (0, 0, 9), 0.0),
+    *((0.5, 100.0, (0.02 * k, 1.5, 0.2), 0.3) for k in (-4, -1, 0, 0, 0, 1, 4)),
+    (0.7, 80.0, (0.3, 0.2, 0.1), 1e-3), (0.7, 80.0, (0.3, 0.2, 0.1), 0.9),
+    (1.0, 1e-3, (1e4, -2e4, 1e4), 0.0), (1.0, 1e-3, (1.0, 1.0, 1.0), 0.3),
+    (1e-3, 900.0, (0.1, 0.2, 0.3), 0.3),
+    *((0.5, 100.0, (1.0, 0.0, 0.0), k) for k in (-1e-300, NAN, INFINITE)),
+    *((*condition, 0.3) for condition in (
+        (NAN, 100.0, REST), (0.5, 100.0, (NAN, 0, 0)), (0.5, 100.0, (0, INFINITE, 0)),
+        (0.5, 100.0, (0, 0, 1e160)), (0.0, 100.0, REST), (0.0, 100.0, (NAN, 0, 0)), (0.5, 0.0, REST),
+    )),
 )  # fmt: skip
 
-#: Velocity, normal, half-size, velocity of the wall, angular velocity.
-SPIN_REBOUNDS = (
+#: Velocity, normal, half-size, velocity of the wall, angular velocity; inertias are 0.3, 0, 0.3 ...
+_SPIN_IMPACTS = (
     ((80.0, -60.0, 0.0), UP, 2e-5, REST, (0.0, 0.0, -4e6)),
     ((80.0, -60.0, 0.0), UP, 2e-5, REST, REST),
     ((10.0, 90.0, -20.0), (0.3, -2.0, 0.7), 1e-3, (3.0, -4.0, 5.0), (1e5, -2e5, 3e4)),
@@ -137,10 +146,11 @@ SPIN_REBOUNDS = (
     ((80.0, 60.0, 0.0), UP, 2e-5, REST, (1.0, 0.0, 0.0)),
     ((80.0, -60.0, 0.0), REST, 2e-5, REST, (1.0, 0.0, 0.0)),
 )
+SPIN_REBOUNDS = tuple((*impact, 0.3 * (k % 2 == 0)) for k, impact in enumerate(_SPIN_IMPACTS))
 
-#: Velocity, normal, half-size, velocity of the wall, roughness, angular velocity.
+#: Velocity, normal, half-size, velocity of the wall, roughness, angular velocity, inertia.
 SPIN_ROUGH = tuple(
-    (*impact[:4], roughness, impact[4])
+    (*impact[:4], roughness, *impact[4:])
     for impact, roughness in zip(
         SPIN_REBOUNDS, (0.1, 0.3, 0.5, 0.2, 0.1, 0.1, 0.6, 0.1), strict=True
     )
@@ -160,9 +170,10 @@ def flat(condition):
 def lines(table, kind, conditions):
     for condition, keys in itertools.product(conditions, KEYS):
         given = flat(condition)
-        code, values = answer(table, kind, given, keys)
+        code, values, after = answer(table, kind, given, keys)
         if "work_shear" not in table.columns:
             values = values[: 8 if kind == "draw" else 6]
+        values = [*values, *([after] if kind.startswith("spin") else [])]
         text = " ".join(str(key) for key in keys)
         yield f"{kind} {hexadecimal(given)} {text} {code} {hexadecimal(values)}\n"
 
@@ -174,7 +185,7 @@ def cases(table):
         "rough-rebound": rough_conditions(table),
     }
     if table.has_spin and "work_shear" in table.columns:
-        kinds = {"spin-draw": SPIN_DRAWS[3:5]}
+        kinds = {"spin-draw": SPIN_DRAWS[3:6]}
     elif table.has_spin:
         kinds = {
             "spin-draw": SPIN_DRAWS,

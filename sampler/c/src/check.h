@@ -41,7 +41,7 @@ static int rbti_check_dimensions(const rbti_header *h)
     RBTI_NEED(there ? h->name >= least && h->name <= most : h->name == 0, RBT_ERR_DIMENSIONS);
     RBTI_DIMENSIONS(RBTI_DO)
 #undef RBTI_DO
-    RBTI_NEED((nodes || !law) && (grains || !laws) && h->n_outcomes != 7, RBT_ERR_DIMENSIONS);
+    RBTI_NEED((nodes || !law) && (grains || !laws), RBT_ERR_DIMENSIONS);
     const uint32_t needed = 1 + h->n_channels + h->n_channels * (h->n_channels + 1) / 2;
     uint32_t stride = 1;
     while (stride < needed)

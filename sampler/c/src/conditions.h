@@ -62,33 +62,78 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_
         values[r] = (double)rbti_power_of_two(y[r]);
 }
 
-/* Moments of inertia of a grain over m a^2, the largest and the smallest. */
-RBTI_INLINE RBT_DEVICE void rbti_moments(const rbt_spin_law *law, int32_t shape, double b_a,
-                                         double c_b, double moments[2])
-{
-    const double *of = law->shape_inertia + 2 * shape, b = b_a * b_a;
-    moments[0] = of[0] * (1.0 + b);
-    moments[1] = of[1] * b * (1.0 + c_b * c_b);
-}
-
+/* Moments of inertia of the grains over m a^2, the smallest and the largest. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_spin_law *law,
-                                              rbti_spin_draws *d, double *largest)
+                                              rbti_spin_draws *d)
 {
-    const double *ratios = d->inputs + RBTI_IN_B_A * m;
+    const double *b_a = d->inputs + RBTI_IN_B_A * m, *c_b = d->inputs + RBTI_IN_C_B * m;
+    double g1[RBTI_BLOCK] RBTI_ALIGNED, g3[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r) {
-        double moments[2];
-        rbti_moments(law, d->shape[r], ratios[r], ratios[m + r], moments);
-        largest[r] = moments[0];
-        d->smallest[r] = moments[1];
+        g1[r] = law->shape_inertia[2 * d->shape[r]];
+        g3[r] = law->shape_inertia[2 * d->shape[r] + 1];
+    }
+    RBTI_EACH_DRAW(r) {
+        const double b = b_a[r] * b_a[r], most = g1[r] * (1.0 + b);
+        d->least[r] = g3[r] * b * (1.0 + c_b[r] * c_b[r]);
+        d->most[r] = most > d->least[r] ? most : d->least[r];
     }
 }
 
-/* What the components of a spin are divided by. One beyond the law has the largest |s| of the law. */
-RBTI_INLINE RBT_DEVICE double rbti_spin_divisor(double square, double most)
+/* Place of an inertia between two moments of inertia, 0 at the least, 1 at the most: with P linear in
+   1 / k, sqrt(P) over sqrt(P) + sqrt(1 - P). Between equal moments it is 1/2. */
+RBTI_INLINE RBT_DEVICE double rbti_kappa(double inertia, double least, double most)
 {
-    const double covered = square < most ? square : most;
-    const double beyond = square > most ? sqrt(square / most) : 1.0;
-    return sqrt(sqrt(1.0 + covered)) * beyond;
+    const double range = most - least;
+    const int apart = range > RBTI_EQUAL_MOMENTS * most;
+    const double share = most * (inertia - least) / (inertia * (apart ? range : 1.0));
+    const double root = sqrt(rbti_bounded(share, 0.0, 1.0));
+    const double other = sqrt(1.0 - rbti_bounded(share, 0.0, 1.0));
+    return apart ? root / (root + other) : 0.5;
+}
+
+/* Inertia of a place between two moments of inertia. */
+RBTI_INLINE RBT_DEVICE double rbti_inertia_at(double kappa, double least, double most)
+{
+    const double range = most - least, square = kappa * kappa;
+    const double other = (1.0 - kappa) * (1.0 - kappa);
+    const double share = range > RBTI_EQUAL_MOMENTS * most ? square / (square + other) : 1.0;
+    return rbti_bounded(least * most / (most - share * range), least, most);
+}
+
+/* Place of an inertia that rebounds of a shape leave, from a word. */
+RBTI_INLINE RBT_DEVICE double rbti_drawn_kappa(const rbt_spin_law *law, int32_t shape,
+                                               uint32_t word)
+{
+    const double *quantiles = law->kappa_quantiles + RBTI_KAPPA_QUANTILES * shape;
+    const double position = rbti_uniform(word) * (RBTI_KAPPA_QUANTILES - 1);
+    const int32_t k = (int32_t)position; /* below the last: the uniform number is below 1 */
+    return quantiles[k] + (position - k) * (quantiles[k + 1] - quantiles[k]);
+}
+
+/* Inertias about the spin, and their places: the nearest that the grain can have, or drawn ones where
+   they are not known; off[r] is whether one was beyond. Without a spin the place is 0. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_inertia(size_t m, const rbt_spin_law *law, rbti_spin_draws *d,
+                                              int *off)
+{
+    double *kappa = d->inputs + RBTI_IN_KAPPA * m, square[RBTI_BLOCK] RBTI_ALIGNED;
+    int unknown[RBTI_BLOCK] RBTI_ALIGNED, any = 0;
+    RBTI_EACH_DRAW(r) {
+        const double given = d->inertia[r], least = d->least[r], most = d->most[r];
+        square[r] = rbti_square(d->spin[r], d->spin[m + r], d->spin[2 * m + r]);
+        off[r] = rbti_is_beyond(given, square[r], least, most);
+        unknown[r] = (given <= 0.0) & (square[r] > 0.0);
+        any |= unknown[r];
+        d->inertia[r] = rbti_bounded(given, least, most);
+        kappa[r] = square[r] > 0.0 ? rbti_kappa(d->inertia[r], least, most) : 0.0;
+    }
+    for (size_t r = 0; r < m && any; r++) {
+        if (!unknown[r])
+            continue;
+        const int apart = d->most[r] - d->least[r] > RBTI_EQUAL_MOMENTS * d->most[r];
+        const double drawn = rbti_drawn_kappa(law, d->shape[r], d->words[11 * m + r]);
+        kappa[r] = apart ? drawn : 0.5;
+        d->inertia[r] = rbti_inertia_at(drawn, d->least[r], d->most[r]);
+    }
 }
 
 /* -1 if a draw is of the mirror image of its condition, else 1. So sigma_x becomes positive. Within
@@ -102,20 +147,35 @@ RBTI_INLINE RBT_DEVICE double rbti_mirror_sign(double sigma_x, uint32_t word_0, 
     return ((double)(int32_t)bits + 0.5) / 65536.0 < chance ? 1.0 : -1.0;
 }
 
-/* Step 1: inputs of the condition. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
+/* Coordinate sigma of a spin of a squared size, over the spin. It keeps the direction of a slow spin, on
+   which the law depends however slow it is. */
+RBTI_INLINE RBT_DEVICE double rbti_sigma_over_spin(double square)
 {
-    double effective[RBTI_BLOCK] RBTI_ALIGNED, largest[RBTI_BLOCK] RBTI_ALIGNED;
-    double *inputs = d->inputs;
-    rbti_fill_moments(m, law, d, largest);
+    const double core = RBTI_SPIN_CORE / sqrt(square > 0.0 ? square : 1.0);
+    return (square > 0.0 ? core : 0.0) + 1.0 / sqrt(sqrt(1.0 + square));
+}
+
+/* Step 1: inputs of the condition, and flags. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, rbti_spin_draws *d,
+                                             int *flags)
+{
+    const rbt_spin_law *law = &table->spin;
+    double effective[RBTI_BLOCK] RBTI_ALIGNED, *inputs = d->inputs;
+    int off[RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_fill_moments(m, law, d);
+    rbti_fill_inertia(m, law, d, off);
     RBTI_EACH_DRAW(r) {
         const double x = d->spin[r], y = d->spin[m + r], z = d->spin[2 * m + r];
-        const double square = rbti_square(x, y, z);
-        const double divisor = rbti_spin_divisor(square, law->most_spin);
-        const double sign = rbti_mirror_sign(x / divisor, d->words[r], d->words[m + r]);
-        const double sigma_x = sign * (x / divisor), sigma_y = sign * y / divisor;
-        const double sigma_z = z / divisor;
-        const double speed = d->speed[r] * rbti_spin_factor(x, y, z);
+        const double square = rbti_square(x, y, z), most = law->most_spin;
+        const double covered = square < most ? square : most;
+        const double shorter = square > most ? sqrt(most / square) : 1.0;
+        const double energy = 1.0 + d->inertia[r] * covered, root = sqrt(energy);
+        const double scale = rbti_sigma_over_spin(covered) * shorter;
+        const double sign = rbti_mirror_sign(scale * x, d->words[r], d->words[m + r]);
+        const double sigma_x = sign * (scale * x), sigma_y = sign * (scale * y);
+        const double sigma_z = scale * z;
+        const double speed = d->speed[r] * root;
+        flags[r] = rbti_spin_flags(table, d->alpha1[r], speed, square, off[r]);
         effective[r] = rbti_bounded(speed, law->speed_first, law->speed_last);
         inputs[RBTI_IN_ROOT_ANGLE * m + r] =
             sqrt(rbti_bounded(d->alpha1[r], law->alpha_first, law->alpha_last));
@@ -123,7 +183,11 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_spin_law *law, 
         inputs[RBTI_IN_SIGMA_Y * m + r] = sigma_y;
         inputs[RBTI_IN_SIGMA_Z * m + r] = sigma_z;
         inputs[RBTI_IN_SQUARE * m + r] = rbti_square(sigma_x, sigma_y, sigma_z);
-        d->factor[r] = sqrt(1.0 + largest[r] * square);
+        d->speed[r] = effective[r] / root;
+        d->spin[r] = sign * (shorter * x);
+        d->spin[m + r] = sign * (shorter * y);
+        d->spin[2 * m + r] = shorter * z;
+        d->energy[r] = energy;
         d->sign[r] = sign;
     }
     rbti_fill_speed_coordinate(m, law, effective, inputs + RBTI_IN_SPEED * m);

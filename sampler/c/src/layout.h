@@ -19,14 +19,15 @@ typedef struct rbti_header {
         spin_speed[2], spin_size[2], spin_coordinate[2], aspect[8];
     uint64_t at_alpha_coordinate, at_speed_coordinate, at_normals, at_alias, at_first_of_class,
         at_components, at_spans, at_quantiles, at_shape_codes, at_shape_shares, at_shape_ratios,
-        at_shape_inertia, at_roots, at_node_axis, at_node_cut, at_node_child, at_inputs,
-        at_spin_spans, at_spin_quantiles, at_group_gates, at_gates, at_experts, at_laws;
+        at_shape_inertia, at_kappa_quantiles, at_roots, at_node_axis, at_node_cut, at_node_child,
+        at_inputs, at_spin_spans, at_spin_quantiles, at_group_gates, at_gates, at_experts,
+        at_laws;
 } rbti_header;
 /* end header */
 
 /* begin checks */
 #define RBTI_MAGIC "\211\122\102\124\015\012\032\012"
-#define RBTI_MAJOR 2
+#define RBTI_MAJOR 3
 #define RBTI_MOST_BYTES 0x80000000u
 #define RBTI_SPEED_INDEPENDENT 1u
 #define RBTI_SPHERES 2u
@@ -50,7 +51,7 @@ typedef struct rbti_header {
     DO(law, n_nodes, 1, 1048576)                                                                   \
     DO(law, n_leaves, 1, 1048576)                                                                  \
     DO(law, n_spin_knots, 2, 4096)                                                                 \
-    DO(law, n_outcomes, 6, 8)                                                                      \
+    DO(law, n_outcomes, 7, 8)                                                                      \
     DO(laws, n_laws, 8, 1048576)                                                                   \
     DO(1, n_columns, 1, 8)
 /* DO(array, member of rbt_table, type, count that is 0 without it, rows, numbers of a
@@ -72,16 +73,17 @@ typedef struct rbti_header {
     DO(shape_shares, spin.shape_shares, double, h->n_shapes, h->n_shapes, 1, 0)                    \
     DO(shape_ratios, spin.shape_ratios, double, h->n_shapes, h->n_shapes, (uint64_t)2, 0)          \
     DO(shape_inertia, spin.shape_inertia, double, h->n_leaves, h->n_shapes, (uint64_t)2, 0)        \
+    DO(kappa_quantiles, spin.kappa_quantiles, double, h->n_leaves, h->n_shapes, (uint64_t)33, 0)   \
     DO(roots, spin.roots, int32_t, h->n_leaves, h->n_shapes, 1, 0)                                 \
     DO(node_axis, spin.node_axis, int8_t, h->n_leaves, h->n_nodes, 1, 0)                           \
     DO(node_cut, spin.node_cut, double, h->n_leaves, h->n_nodes, 1, 0)                             \
     DO(node_child, spin.node_child, int32_t, h->n_leaves, h->n_nodes, (uint64_t)2, 0)              \
-    DO(inputs, spin.inputs, float, h->n_leaves, h->n_leaves, (uint64_t)14, 0)                      \
+    DO(inputs, spin.inputs, float, h->n_leaves, h->n_leaves, (uint64_t)16, 0)                      \
     DO(spin_spans, spin.spans, float, h->n_leaves, h->n_leaves, (uint64_t)h->n_outcomes * 2, 0)    \
     DO(spin_quantiles, spin.quantiles, uint16_t, h->n_leaves, h->n_leaves, (uint64_t)h->n_outcomes \
        * h->n_spin_knots, 0)                                                                       \
-    DO(group_gates, spin.group_gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)23 * 8, 0)      \
-    DO(gates, spin.gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)8 * 23 * 16, 0)             \
+    DO(group_gates, spin.group_gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)30 * 8, 0)      \
+    DO(gates, spin.gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)8 * 30 * 16, 0)             \
     DO(experts, spin.experts, int16_t, h->n_leaves, h->n_leaves, (uint64_t)128 *                   \
        rbti_expert_stride(h->n_outcomes), 8)                                                       \
     DO(laws, laws, double, h->n_laws, h->n_laws, 1, 0)

@@ -48,111 +48,89 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
     }
 }
 
-/* The sphere with the mean moment of inertia of a grain, in the condition of the grain's draw: sizes over
-   those of the grain, energies over m V^2 / 2. */
-typedef struct rbti_equal_sphere {
-    double radius, energy;     /* over a; before the impact */
-    double values[RBT_VALUES]; /* its rebound, spins times its own radius */
-} rbti_equal_sphere;
-
-/* Rebound of the sphere for draw r. A spin beyond the law is the largest one, of less energy. */
-RBTI_INLINE RBT_DEVICE void rbti_rebound_sphere(size_t m, size_t r, const rbt_table *table,
-                                                const rbti_spin_draws *d, double b_a, double c_a,
-                                                rbti_equal_sphere *sphere)
-{
-    const rbt_spin_law *law = &table->spin;
-    const double radius = sqrt((1.0 + b_a * b_a + c_a * c_a) / 3.0);
-    const double x = d->spin[r], y = d->spin[m + r], z = d->spin[2 * m + r];
-    const double square = rbti_square(x, y, z), most = law->most_spin;
-    const double covered = square > most ? sqrt(most / square) : 1.0, size = radius * covered;
-    const double spin[3] = {d->sign[r] * size * x, d->sign[r] * size * y, size * z};
-    const double effective = d->speed[r] * rbti_spin_factor(x, y, z);
-    const double speed = rbti_bounded(effective, law->speed_first, law->speed_last) /
-                         rbti_spin_factor(covered * x, covered * y, covered * z);
-    const double root = d->inputs[RBTI_IN_ROOT_ANGLE * m + r];
-    rbti_sphere(table, root * root, speed, spin, sphere->values);
-    sphere->radius = radius;
-    sphere->energy = 1.0 + covered * covered * (d->factor[r] * d->factor[r] - 1.0);
-}
-
-/* Outcomes of a table with laws of contact are less those of the sphere, over 1 - c/a: add these. */
+/* Outcomes of a table with laws of contact are less those of the sphere with the mean moment of inertia
+   of the grain, in the condition of the draw, over 1 - c/a: add these. */
 RBTI_APART RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table, rbti_spin_draws *d)
 {
     RBTI_EACH_DRAW(r) {
         const double b_a = d->inputs[RBTI_IN_B_A * m + r];
         const double c_a = b_a * d->inputs[RBTI_IN_C_B * m + r];
         const double flat = rbti_bounded(1.0 - c_a, RBTI_LEAST_FLATNESS, 1.0);
-        rbti_equal_sphere sphere;
-        rbti_rebound_sphere(m, r, table, d, b_a, c_a, &sphere);
-        const double *of = sphere.values, energy = sphere.energy;
-        const double rest = energy - rbti_square(of[RBT_U], of[RBT_V], of[RBT_W]);
-        const double per_speed = 1.0 / sqrt(rbti_bounded(rest, RBTI_LEAST_REST * energy, rest));
-        const double per_spin = sphere.radius * sqrt(energy);
-        float *u = d->outcomes + RBTI_OUT_P_U * m + r, *v = d->outcomes + RBTI_OUT_P_V * m + r;
-        float *w = d->outcomes + RBTI_OUT_P_W * m + r;
-        const double raised = rbti_bounded(flat * (double)*v, -RBTI_MOST_POWER, RBTI_MOST_POWER);
-        *u = (float)(per_speed * of[RBT_U] + flat * (double)*u);
-        *v = (float)(per_speed * of[RBT_V] * exp(raised));
-        *w = (float)(per_speed * of[RBT_W] + flat * (double)*w);
-        for (size_t k = RBTI_OUT_OMEGA_X; k <= RBTI_OUT_OMEGA_Z; k++) {
-            float *omega = d->outcomes + k * m + r;
-            *omega = (float)(of[k] / per_spin + flat * (double)*omega);
+        const double radius = sqrt((1.0 + b_a * b_a + c_a * c_a) / 3.0); /* over that of the grain */
+        const double root = d->inputs[RBTI_IN_ROOT_ANGLE * m + r], j = RBTI_SPHERE_INERTIA;
+        double spin[3], of[RBT_VALUES];
+        for (size_t k = 0; k < 3; k++)
+            spin[k] = radius * d->spin[k * m + r];
+        rbti_sphere(table, root * root, d->speed[r], spin, of);
+        const double energy = 1.0 + j * rbti_square(spin[0], spin[1], spin[2]);
+        const double least = RBTI_LEAST_REST * energy;
+        const double left = energy - rbti_square(of[RBT_U], of[RBT_V], of[RBT_W]);
+        const double loss = left - j * rbti_square(of[RBT_OMEGA_X], of[RBT_OMEGA_Y],
+                                                   of[RBT_OMEGA_Z]);
+        const double per_speed = 1.0 / sqrt(left > least ? left : least);
+        const double per_spin = sqrt(j / (loss > least ? loss : least));
+        for (size_t k = RBTI_OUT_P_U; k <= RBTI_OUT_O_Z; k++) {
+            float *outcome = d->outcomes + k * m + r;
+            const double own = of[k] * (k <= RBTI_OUT_P_W ? per_speed : per_spin);
+            const double scatter = flat * (double)*outcome;
+            *outcome = (float)(k == RBTI_OUT_P_V ? own * exp(rbti_bounded(scatter, -RBTI_MOST_POWER,
+                                                                          RBTI_MOST_POWER))
+                                                 : own + scatter);
         }
     }
 }
 
-/* Works of a rebound: the share b of the energy that is left, of which the normal one has a^6. */
-RBTI_INLINE RBT_DEVICE void rbti_share_works(double left, double a, double b, double *normal,
-                                             double *shear)
-{
-    const double cube = a * a * a, sum = left * (b > 1.0 ? 1.0 : b < 0.0 ? 0.0 : b);
-    *normal = sum * (cube * cube > 1.0 ? 1.0 : cube * cube);
-    *shear = sum - *normal;
-}
+/* Rows of what step 7 makes: the first six variables, then these. */
+enum { RBTI_INERTIA_AFTER = 6, RBTI_NORMAL, RBTI_SHEAR, RBTI_MADE };
 
-/* Outcomes to variables, in the rows of the outcomes. With E the square of `factor`, E / (1 + |p|^2) is
-   left for the rotation: an angular velocity with more is shortened, and what it leaves goes to works. */
+/* Outcomes to variables, inertia and works, of which the normal one has the share a^6. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rbti_spin_draws *d,
                                              double *values)
 {
     RBTI_EACH_DRAW(r) {
         const float *of = d->outcomes + r;
         const double p_u = (double)of[RBTI_OUT_P_U * m], p_v = (double)of[RBTI_OUT_P_V * m];
-        const double p_w = (double)of[RBTI_OUT_P_W * m], x = (double)of[RBTI_OUT_OMEGA_X * m];
-        const double y = (double)of[RBTI_OUT_OMEGA_Y * m], z = (double)of[RBTI_OUT_OMEGA_Z * m];
-        const double factor = d->factor[r], sign = d->sign[r];
-        const double whole = 1.0 + rbti_square(p_u, p_v, p_w), per_p = factor / sqrt(whole);
-        const double turning = d->smallest[r] * rbti_square(x, y, z) * whole; /* of what is left */
-        const double per_omega = factor / sqrt(turning > 1.0 ? turning : 1.0);
-        values[RBTI_OUT_P_U * m + r] = p_u * per_p;
-        values[RBTI_OUT_P_V * m + r] = p_v * per_p;
-        values[RBTI_OUT_P_W * m + r] = sign * p_w * per_p;
-        values[RBTI_OUT_OMEGA_X * m + r] = sign * per_omega * x;
-        values[RBTI_OUT_OMEGA_Y * m + r] = sign * per_omega * y;
-        values[RBTI_OUT_OMEGA_Z * m + r] = per_omega * z;
-        if (outcomes == RBTI_MOST_OUTCOMES)
-            rbti_share_works(per_p * per_p * (turning > 1.0 ? 0.0 : 1.0 - turning),
-                             (double)of[RBTI_OUT_A * m], (double)of[RBTI_OUT_B * m],
-                             values + RBTI_OUT_A * m + r, values + RBTI_OUT_B * m + r);
+        const double p_w = (double)of[RBTI_OUT_P_W * m], x = (double)of[RBTI_OUT_O_X * m];
+        const double y = (double)of[RBTI_OUT_O_Y * m], z = (double)of[RBTI_OUT_O_Z * m];
+        const double kappa = rbti_bounded((double)of[RBTI_OUT_KAPPA * m], 0.0, 1.0);
+        const double after = rbti_inertia_at(kappa, d->least[r], d->most[r]);
+        const double left = d->energy[r] / (1.0 + rbti_square(p_u, p_v, p_w));
+        const double loss = left / (1.0 + rbti_square(x, y, z)), sign = d->sign[r];
+        const double per_p = sqrt(left), per_o = sqrt(loss / after);
+        values[RBT_U * m + r] = p_u * per_p;
+        values[RBT_V * m + r] = p_v * per_p;
+        values[RBT_W * m + r] = sign * p_w * per_p;
+        values[RBT_OMEGA_X * m + r] = sign * per_o * x;
+        values[RBT_OMEGA_Y * m + r] = sign * per_o * y;
+        values[RBT_OMEGA_Z * m + r] = per_o * z;
+        values[RBTI_INERTIA_AFTER * m + r] = after;
+        if (outcomes == RBTI_MOST_OUTCOMES) {
+            const double a = rbti_bounded((double)of[RBTI_OUT_A * m], 0.0, 1.0), cube = a * a * a;
+            values[RBTI_NORMAL * m + r] = cube * cube * loss;
+            values[RBTI_SHEAR * m + r] = loss - cube * cube * loss;
+        }
     }
 }
 
-/* Step 7: outcomes to states of `count` draws, the first six variables or all. */
+/* Step 7: outcomes to states of `count` draws, the first six variables or all, and to inertias. */
 RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t outcomes,
                                                 int variables, const rbt_table *table,
-                                                const rbti_spin_draws *d, double *states)
+                                                const rbti_spin_draws *d, double *states,
+                                                double *after)
 {
-    double values[RBTI_MOST_OUTCOMES * RBTI_BLOCK] RBTI_ALIGNED;
+    double values[RBTI_MADE * RBTI_BLOCK] RBTI_ALIGNED;
     const size_t width = (size_t)variables;
     rbti_fill_values(m, outcomes, d, values);
     for (size_t k = 0; k < RBT_VALUES; k++) { /* a number that compilers know */
         if (k >= width)
             break;
         const int is_work = k >= RBT_WORK_NORMAL;
-        const size_t row = is_work ? RBTI_OUT_A + (k - RBT_WORK_NORMAL) : k;
+        const size_t row = is_work ? RBTI_NORMAL + (k - RBT_WORK_NORMAL) : k;
         const int known = k <= RBT_OMEGA_Z || (is_work && outcomes == RBTI_MOST_OUTCOMES);
         const int held = known && rbti_has(table, (int)k);
         for (size_t r = 0; r < count; r++)
             states[width * r + k] = held ? values[row * m + r] : 0.0;
     }
+    for (size_t r = 0; r < count && after; r++)
+        after[r] = values[RBTI_INERTIA_AFTER * m + r];
 }

@@ -105,14 +105,17 @@ extern "C" {
 
 /* numbers of the spin law, from sampler/formats/bounds.py */
 /* begin spin */
-#define RBTI_CONDITIONS 5
-#define RBTI_INPUTS 7
-#define RBTI_FEATURES 23
-#define RBTI_OUTCOMES 6
+#define RBTI_CONDITIONS 6
+#define RBTI_INPUTS 8
+#define RBTI_FEATURES 30
+#define RBTI_OUTCOMES 7
 #define RBTI_MOST_OUTCOMES 8
 #define RBTI_GROUPS 8
 #define RBTI_GROUP_SIZE 16
-#define RBTI_INERTIA 0.6666666666666666
+#define RBTI_KAPPA_QUANTILES 33
+#define RBTI_SPIN_CORE 0.3
+#define RBTI_EQUAL_MOMENTS 1e-09
+#define RBTI_INERTIA_ROUNDING 1e-06
 #define RBTI_FOLD 0.1
 #define RBTI_LEAST_RATIO 0.001
 #define RBTI_LEAST_FLATNESS 0.002
@@ -134,9 +137,9 @@ extern "C" {
 #define RBTI_COULOMB 3
 /* rows of a draw: inputs, with the squared spin that trees compare, and outcomes */
 enum { RBTI_IN_ROOT_ANGLE, RBTI_IN_SPEED, RBTI_IN_SIGMA_X, RBTI_IN_SIGMA_Y, RBTI_IN_SIGMA_Z,
-       RBTI_IN_SQUARE, RBTI_IN_B_A, RBTI_IN_C_B, RBTI_IN_ROWS };
-enum { RBTI_OUT_P_U, RBTI_OUT_P_V, RBTI_OUT_P_W, RBTI_OUT_OMEGA_X, RBTI_OUT_OMEGA_Y,
-       RBTI_OUT_OMEGA_Z, RBTI_OUT_A, RBTI_OUT_B };
+       RBTI_IN_KAPPA, RBTI_IN_SQUARE, RBTI_IN_B_A, RBTI_IN_C_B, RBTI_IN_ROWS };
+enum { RBTI_OUT_P_U, RBTI_OUT_P_V, RBTI_OUT_P_W, RBTI_OUT_O_X, RBTI_OUT_O_Y, RBTI_OUT_O_Z,
+       RBTI_OUT_KAPPA, RBTI_OUT_A };
 /* end spin */
 #define RBTI_LOG2_E 1.4426950408889634f
 #define RBTI_SIMULATION_KEY 0x53494d554c415445u

@@ -71,24 +71,20 @@ RBTI_INLINE RBT_DEVICE int rbti_try_across(double roughness, const uint32_t word
 
 /* A particle within one hit of a rough wall, seen from the wall. */
 typedef struct rbti_cascade {
-    double moving[3], turning[3]; /* velocity, m/s, and angular velocity, rad/s */
+    double moving[3], turning[3], inertia; /* velocity, m/s, angular velocity, rad/s, and k about it */
     double wall[3], e_y[3], half_size, roughness;
-    double speed_before, spin_before; /* squares of the speed and of a times the angular velocity */
     int isotropic;
 } rbti_cascade;
 
 /* A cascade before its first bounce. */
 RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double normal[3],
                                       double half_size, const double *wall_velocity,
-                                      double roughness, int isotropic, const double *omega,
-                                      rbti_cascade *c)
+                                      double roughness, int isotropic, rbti_cascade *c)
 {
     if (!rbti_finite(roughness) || roughness < 0.0 || roughness > RBT_MOST_ROUGHNESS)
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 3; k++)
         c->wall[k] = wall_velocity ? wall_velocity[k] : 0.0;
-        c->turning[k] = omega ? omega[k] : 0.0;
-    }
     const int code = rbti_impact_status(velocity, normal, half_size, c->wall);
     if (code != RBT_OK)
         return code;
@@ -96,8 +92,6 @@ RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double nor
     if (sqrt(rbti_dot(c->moving, c->moving)) < RBTI_LEAST_SPEED)
         return RBT_ERR_SPEED_NOT_POSITIVE;
     rbti_unit(normal, c->e_y);
-    c->speed_before = rbti_dot(c->moving, c->moving);
-    c->spin_before = half_size * half_size * rbti_dot(c->turning, c->turning);
     c->half_size = half_size;
     c->roughness = roughness;
     c->isotropic = isotropic;
@@ -155,57 +149,15 @@ RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], 
     }
 }
 
-/* Energy that a hit may leave, 2 / m times, and the smallest moment of inertia of the grain. */
-typedef struct rbti_budget {
-    double energy, smallest;
-} rbti_budget;
-
-/* Budget of a hit: the most energy that the grain can have had before. */
-RBTI_INLINE RBT_DEVICE rbti_budget rbti_budget_of(const rbt_table *table, const rbti_cascade *c,
-                                                  const rbti_grains *grains, uint64_t index,
-                                                  uint32_t hit)
-{
-    const rbt_spin_law *law = &table->spin;
-    int32_t shape;
-    double ratios[2], moments[2];
-    if (grains->given)
-        rbti_take_grains(1, law, grains->given, 1, &shape, ratios);
-    else
-        rbti_fill_grains(1, law, grains->seed, grains->fresh, &index, &hit, 1, &shape, ratios);
-    rbti_moments(law, shape, ratios[0], ratios[1], moments);
-    const rbti_budget budget = {c->speed_before + moments[0] * c->spin_before, moments[1]};
-    return budget;
-}
-
-/* Slow a particle that has more energy than the budget. A draw knows no more of the grain before a
-   bounce than bounds of its energy, so that a bounce may have given some. The works are what is left,
-   at most. */
-RBTI_INLINE RBT_DEVICE void rbti_hold(rbti_cascade *c, const rbti_budget *budget, double *works)
-{
-    const double turning = c->half_size * c->half_size * rbti_dot(c->turning, c->turning);
-    const double energy = rbti_dot(c->moving, c->moving) + budget->smallest * turning;
-    const double left = budget->energy - energy;
-    const double scale = left < 0.0 ? sqrt(budget->energy / energy) : 1.0;
-    for (int k = 0; k < 3; k++) {
-        c->moving[k] *= scale;
-        c->turning[k] *= scale;
-    }
-    const double sum = works ? 2.0 * (works[0] + works[1]) : 0.0;
-    for (int k = 0; k < 2 && sum > 0.0 && sum > left; k++)
-        works[k] *= left > 0.0 ? left / sum : 0.0;
-}
-
 /* Bounces behind the first one until the particle leaves, each with random numbers of its own, and
-   where there is a law for it with the spin that the one before has left. Adds their works. */
+   where there is a law for it with the spin and the inertia that the one before has left. Adds their
+   works. */
 RBTI_APART RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c, uint64_t seed,
                                          const rbti_grains *grains, uint64_t index, uint32_t hit,
                                          double *works)
 {
-    const int spins = table->spin.n_shapes > 0, held = spins && !table->spheres;
-    rbti_budget budget = {0.0, 0.0};
+    const int spins = table->spin.n_shapes > 0;
     int flags = RBT_OK;
-    if (held)
-        budget = rbti_budget_of(table, c, grains, index, hit);
     for (uint32_t bounce = 1; bounce < RBTI_MAX_BOUNCES; bounce++) {
         const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
         double spin[3], state[RBT_VALUES];
@@ -214,14 +166,13 @@ RBTI_APART RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c
         if (code == RBT_OK)
             code = rbti_to_spin(&met, c->turning, spin);
         if (code == RBT_OK)
-            code = rbti_draw_one(table, met.alpha1, met.speed, spins ? spin : NULL, key, grains,
-                                 index, hit, spins, works ? RBT_VALUES : 6, state);
+            code = rbti_draw_one(table, met.alpha1, met.speed, spins ? spin : NULL, c->inertia, key,
+                                 grains, index, hit, spins, works ? RBT_VALUES : 6, state,
+                                 &c->inertia);
         if (code < RBT_OK)
             return code;
         rbti_leave(&met, state, c->moving, c->turning);
         rbti_add_works(&met, state, works);
-        if (held)
-            rbti_hold(c, &budget, works);
         flags |= code;
         if (rbti_has_left(c))
             return flags;

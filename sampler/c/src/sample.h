@@ -32,27 +32,27 @@ RBTI_INLINE RBT_DEVICE int rbti_result(const rbti_tally *tally)
 }
 
 /* One draw from the spin law, if `spins`, else from that of first impacts: its code, and the first
-   variables of its state unless `state` is NULL. A spin that is NULL is 0. */
+   variables of its state, and the inertia after, unless `state` is NULL. A spin that is NULL is 0. */
 RBTI_INLINE RBT_DEVICE int rbti_draw_one(const rbt_table *table, double alpha1, double speed,
-                                         const double *spin, uint64_t seed,
+                                         const double *spin, double inertia, uint64_t seed,
                                          const rbti_grains *grains, uint64_t index, uint32_t hit,
-                                         int spins, int variables, double *state)
+                                         int spins, int variables, double *state, double *after)
 {
     const double none[3] = {0.0, 0.0, 0.0}, *of = spin ? spin : none;
-    const int error =
-        spins ? rbti_spin_error(table, alpha1, speed, of[0], of[1], of[2], grains->given)
-              : rbti_error(alpha1, speed);
-    const int flags = spins ? rbti_spin_flags(table, alpha1, speed, of[0], of[1], of[2])
-                            : rbti_flags(table, alpha1, speed);
+    const int error = spins ? rbti_spin_error(table, alpha1, speed, of, inertia, grains->given)
+                            : rbti_error(alpha1, speed);
     if (error < RBT_OK)
         return error;
+    if (spins && !table->spheres)
+        return rbti_draw_spin(table, alpha1, speed, of, inertia, seed, grains, index, hit,
+                              variables, state, after);
+    *after = spins ? RBTI_SPHERE_INERTIA : 0.0;
     if (state && table->spheres)
         rbti_sphere_state(table, alpha1, speed, spin, variables, state);
-    else if (state && spins)
-        rbti_draw_spin(table, alpha1, speed, of, seed, grains, index, hit, variables, state);
     else if (state)
         rbti_draw_node(table, alpha1, speed, seed, index, hit, variables, state);
-    return flags;
+    return spins ? rbti_sphere_flags(table, alpha1, speed, of, inertia)
+                 : rbti_flags(table, alpha1, speed);
 }
 
 /* Draw row k, with NaN where it has an error: its code. */
@@ -61,13 +61,20 @@ RBTI_INLINE RBT_DEVICE int rbti_draw_row(const rbt_table *table, const rbt_condi
 {
     const rbti_grains grains = {rbti_vector_of(given->grain, k), seed, given->fresh};
     const int spins = given->spin || given->grain;
+    double after;
     const int code = rbti_draw_one(table, given->alpha1[k], given->speed[k],
-                                   rbti_vector_of(given->spin, k), seed, &grains,
-                                   given->index[k], given->hit[k], spins, variables, state);
+                                   rbti_vector_of(given->spin, k),
+                                   given->inertia ? given->inertia[k] : 0.0, seed, &grains,
+                                   given->index[k], given->hit[k], spins, variables, state, &after);
     for (int c = 0; c < variables && state && code < RBT_OK; c++)
         state[c] = rbti_nan();
+    if (given->inertia_after && state)
+        given->inertia_after[k] = code < RBT_OK ? rbti_nan() : after;
     return code;
 }
+
+/* Fewest rows that are cheaper in a block, which always takes the time of RBTI_BLOCK. */
+#define RBTI_FEWEST 16
 
 /* Draw `count` rows from `first` on, at most a block. */
 RBTI_INLINE RBT_DEVICE void rbti_draw_rows(const rbt_table *table, const rbt_conditions *given,
@@ -77,16 +84,22 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_rows(const rbt_table *table, const rbt_con
     const size_t width = (size_t)variables;
 #ifdef RBTI_BLOCKS
     const int spins = given->spin || given->grain;
-    const int in_block = count > 1 && !table->spheres && (!spins || table->spin.n_shapes > 0);
-    if (in_block && spins)
-        rbti_draw_spins(table, given, first, count, seed, variables, states, codes);
-    else if (in_block)
-        rbti_draw_nodes(table, given, first, count, seed, variables, states, codes);
-    for (size_t r = 0; r < count && in_block && states; r++)
-        for (size_t c = 0; c < width && codes[r] < RBT_OK; c++)
-            states[width * r + c] = rbti_nan();
-    if (in_block)
+    double *after = states ? given->inertia_after : NULL;
+    if (count >= RBTI_FEWEST && !table->spheres && (!spins || table->spin.n_shapes > 0)) {
+        if (spins)
+            rbti_draw_spins(table, given, first, count, seed, variables, states, codes);
+        else
+            rbti_draw_nodes(table, given, first, count, seed, variables, states, codes);
+        for (size_t r = 0; r < count && after && !spins; r++)
+            after[first + r] = 0.0;
+        for (size_t r = 0; r < count && states; r++) {
+            for (size_t c = 0; c < width && codes[r] < RBT_OK; c++)
+                states[width * r + c] = rbti_nan();
+            if (after && codes[r] < RBT_OK)
+                after[first + r] = rbti_nan();
+        }
         return;
+    }
 #endif
     for (size_t r = 0; r < count; r++)
         codes[r] = rbti_draw_row(table, given, first + r, seed, variables,

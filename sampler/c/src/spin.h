@@ -7,7 +7,9 @@
      step   section       function             arrays that it fills
      words  words.h       rbti_fill_words      words
             grains.h      rbti_fill_grains     shape, ratios among the inputs
-     1      conditions.h  rbti_fill_inputs     inputs: condition of the effective speed, mirror image
+     1      conditions.h  rbti_fill_moments    least, most: moments of inertia of the grain
+                          rbti_fill_inertia    inertia about the spin, drawn where it is not known
+                          rbti_fill_inputs     inputs: condition of the effective speed, mirror image
      2                    rbti_find_leaves     leaf of the shape's tree
      3                    rbti_fill_features   features
      4      experts.h     rbti_choose_expert   group, then expert of it
@@ -15,22 +17,24 @@
      6      outcomes.h    rbti_find_knots      scores become fractions between knots, entries
                           rbti_fill_outcomes   outcomes, by the leaf's quantiles
                           rbti_add_spheres     outcomes of round grains: those of a sphere are added
-     7                    rbti_to_spin_states  states, with no more energy than before
+     7                    rbti_to_spin_states  states and inertias, whose energies add up
      all    spin_draw.h   rbti_spin_steps
 
    Steps 3 to 6 are in single precision. Coefficients that are multiplied by the features of a draw lie
-   side by side in the table, and are taken draw by draw. The compiler knows the number of outcomes, 6
+   side by side in the table, and are taken draw by draw. The compiler knows the number of outcomes, 7
    or with works 8, where it matters: in single draws and in the factors. */
 
 #define RBTI_LINE 32 /* 16-bit numbers of a cache line */
 
 /* Rows of inputs are RBTI_IN_..., those of outcomes and scores RBTI_OUT_... (prelude.h). */
 typedef struct rbti_spin_draws {
-    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK]; /* rad, m/s, a Omega / V */
+    /* conditions: rad, m/s, a Omega / V, and over m a^2; 0 is not known. Step 1 turns speed into that
+       of the nearest V_e, spin into the nearest one of the mirror image, inertia into that drawn at */
+    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], inertia[RBTI_BLOCK];
     double inputs[RBTI_IN_ROWS * RBTI_BLOCK];
-    double factor[RBTI_BLOCK];   /* root of E, the most energy before, over m V^2 / 2 */
-    double sign[RBTI_BLOCK];     /* -1: the draw is of the mirror image */
-    double smallest[RBTI_BLOCK]; /* moment of inertia of the grain, over m a^2 */
+    double energy[RBTI_BLOCK]; /* E, before, over m V^2 / 2 */
+    double sign[RBTI_BLOCK];   /* -1: the draw is of the mirror image */
+    double least[RBTI_BLOCK], most[RBTI_BLOCK]; /* moments of inertia of the grain, over m a^2 */
     uint32_t words[12 * RBTI_BLOCK];
     int32_t shape[RBTI_BLOCK], leaf[RBTI_BLOCK], group[RBTI_BLOCK], expert[RBTI_BLOCK];
     float features[RBTI_FEATURES * RBTI_BLOCK];
@@ -51,47 +55,51 @@ RBTI_INLINE RBT_DEVICE double rbti_square(double x, double y, double z)
     return x * x + y * y + z * z;
 }
 
-/* V_e / V of a spin. */
-RBTI_INLINE RBT_DEVICE double rbti_spin_factor(double x, double y, double z)
+/* Flags of a condition with a spin, without branches: `effective` is its V_e, `square` that of the size
+   of the spin, `off` whether the inertia about it is beyond the grain. */
+RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1, double effective,
+                                           double square, int off)
 {
-    return sqrt(1.0 + RBTI_INERTIA * rbti_square(x, y, z));
+    const int beyond = (square < table->spin.least_spin) | (square > table->spin.most_spin);
+    return rbti_flags(table, alpha1, effective) | (beyond | off) * RBT_SPIN;
 }
 
-/* Flags of a condition with a spin, without branches. Where angle, speed and spin are in range but the
-   effective speed is not, it is the spin that is beyond. */
-RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1, double speed,
-                                           double x, double y, double z)
+/* Whether an inertia is beyond two moments of inertia by more than single precision rounds; one that is
+   0, or of no spin, is not. */
+RBTI_INLINE RBT_DEVICE int rbti_is_beyond(double inertia, double square, double least, double most)
 {
-    const rbt_spin_law *law = &table->spin;
-    const double square = rbti_square(x, y, z), effective = speed * rbti_spin_factor(x, y, z);
-    const int off = (square < law->least_spin) | (square > law->most_spin);
-    const int fast = (effective > law->speed_high) & (speed <= table->speed.high);
-    return rbti_flags(table, alpha1, speed) | (off | fast) * RBT_SPIN;
+    const int outside = (inertia < least * (1.0 - RBTI_INERTIA_ROUNDING)) |
+                        (inertia > most * (1.0 + RBTI_INERTIA_ROUNDING));
+    return outside & (inertia > 0.0) & (square > 0.0);
 }
 
-/* Whether the energy of an impact is a number. */
-RBTI_INLINE RBT_DEVICE int rbti_has_energy(double speed, double x, double y, double z)
+/* Whether the energy of an impact is a number, and its inertia one that may be. */
+RBTI_INLINE RBT_DEVICE int rbti_has_energy(double speed, double x, double y, double z,
+                                           double inertia)
 {
-    const double effective = speed * rbti_spin_factor(x, y, z);
-    return rbti_finite(effective * effective);
+    const double effective = speed * sqrt(1.0 + rbti_square(x, y, z));
+    return rbti_finite(effective * effective) & rbti_finite(inertia) & (inertia >= 0.0);
 }
-
-#ifdef RBTI_BLOCKS
-RBTI_INLINE int rbti_spin_is_bad(double alpha1, double speed, double x, double y, double z)
-{
-    return rbti_is_bad(alpha1, speed) | (1 - rbti_has_energy(speed, x, y, z));
-}
-#endif
 
 RBTI_INLINE RBT_DEVICE int rbti_spin_error(const rbt_table *table, double alpha1, double speed,
-                                           double x, double y, double z, const double *grain)
+                                           const double spin[3], double inertia,
+                                           const double *grain)
 {
     const int error = rbti_error(alpha1, speed);
     if (error < RBT_OK)
         return error;
     if (table->spin.n_shapes == 0)
         return RBT_ERR_NO_SPIN_LAW;
-    if (!rbti_has_energy(speed, x, y, z))
+    if (!rbti_has_energy(speed, spin[0], spin[1], spin[2], inertia))
         return RBT_ERR_NOT_FINITE;
     return !grain || rbti_grain_holds(&table->spin, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
+}
+
+/* Flags of a sphere, whose moments of inertia are equal. */
+RBTI_INLINE RBT_DEVICE int rbti_sphere_flags(const rbt_table *table, double alpha1, double speed,
+                                             const double spin[3], double inertia)
+{
+    const double j = RBTI_SPHERE_INERTIA, square = rbti_square(spin[0], spin[1], spin[2]);
+    return rbti_spin_flags(table, alpha1, speed * sqrt(1.0 + j * square), square,
+                           rbti_is_beyond(inertia, square, j, j));
 }

@@ -1,21 +1,24 @@
 /* -- spin draw, all steps ---------------------------------------------------------------------- */
 
-/* Draws with conditions that may be drawn at. Word 8 belongs to no outcome. */
+/* Draws with conditions that may be drawn at, and flags; without `states` the flags alone. `after`, for
+   inertias, may be NULL. Word 8 belongs to no outcome. */
 RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt_table *table,
                                             uint64_t seed, const rbti_grains *grains,
                                             const uint64_t *index, const uint32_t *hit,
                                             size_t count, int variables, rbti_spin_draws *d,
-                                            double *states)
+                                            int *flags, double *states, double *after)
 {
     const rbt_spin_law *law = &table->spin;
     double *ratios = d->inputs + RBTI_IN_B_A * m;
-    for (uint32_t block = 0; block < (outcomes > 6 ? 3u : 2u); block++)
+    for (uint32_t block = 0; block < 3; block++)
         rbti_fill_words(m, block, seed, index, hit, count, d->words + 4 * block * m);
     if (grains->given)
         rbti_take_grains(m, law, grains->given, count, d->shape, ratios);
     else
         rbti_fill_grains(m, law, grains->seed, grains->fresh, index, hit, count, d->shape, ratios);
-    rbti_fill_inputs(m, law, d);
+    rbti_fill_inputs(m, table, d, flags);
+    if (!states)
+        return;
     rbti_find_leaves(m, law, d);
     rbti_fill_features(m, law, d);
     rbti_choose_expert(m, outcomes, law, d);
@@ -30,33 +33,37 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
     rbti_fill_outcomes(m, (int32_t)outcomes, law, d);
     if (table->n_laws > 0)
         rbti_add_spheres(m, table, d);
-    rbti_to_spin_states(m, count, outcomes, variables, table, d, states);
+    rbti_to_spin_states(m, count, outcomes, variables, table, d, states, after);
 }
 
-/* One draw of the first six or of all variables. */
-RBTI_CLONES RBT_DEVICE void rbti_draw_spin(const rbt_table *table, double alpha1, double speed,
-                                           const double spin[3], uint64_t seed,
-                                           const rbti_grains *grains, uint64_t index, uint32_t hit,
-                                           int variables, double *state)
+/* One draw of the first six or of all variables, and of the inertia: its flags, alone without `state`. */
+RBTI_CLONES RBT_DEVICE int rbti_draw_spin(const rbt_table *table, double alpha1, double speed,
+                                          const double spin[3], double inertia, uint64_t seed,
+                                          const rbti_grains *grains, uint64_t index, uint32_t hit,
+                                          int variables, double *state, double *after)
 {
     rbti_spin_draws draws;
+    int flags;
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
+    draws.inertia[0] = inertia;
     memcpy(draws.spin, spin, 3 * sizeof *spin);
     if (table->spin.n_outcomes == RBTI_OUTCOMES) /* a number that the compiler knows */
         rbti_spin_steps(1, RBTI_OUTCOMES, table, seed, grains, &index, &hit, 1, variables, &draws,
-                        state);
+                        &flags, state, after);
     else
         rbti_spin_steps(1, RBTI_MOST_OUTCOMES, table, seed, grains, &index, &hit, 1, variables,
-                        &draws, state);
+                        &draws, &flags, state, after);
+    return flags;
 }
 
 #ifdef RBTI_BLOCKS
 
-/* As rbti_take_conditions; spin and given grains may be NULL. */
-RBTI_INLINE void rbti_take_spin_conditions(const rbt_table *table, const rbt_conditions *given,
-                                           size_t first, size_t count, rbti_spin_draws *d,
-                                           int *codes)
+/* As rbti_take_conditions; spin, inertia and given grains may be NULL. `errors` are filled, and 1
+   returned, if a row has one. */
+RBTI_INLINE int rbti_take_spin_conditions(const rbt_table *table, const rbt_conditions *given,
+                                          size_t first, size_t count, rbti_spin_draws *d,
+                                          int *errors)
 {
     const size_t m = RBTI_BLOCK;
     const double none[3] = {0.0, 0.0, 0.0};
@@ -67,25 +74,27 @@ RBTI_INLINE void rbti_take_spin_conditions(const rbt_table *table, const rbt_con
         const double *spin = given->spin ? given->spin + 3 * k : none;
         d->alpha1[r] = given->alpha1[k];
         d->speed[r] = given->speed[k];
+        d->inertia[r] = given->inertia ? given->inertia[k] : 0.0;
         x[r] = spin[0];
         y[r] = spin[1];
         z[r] = spin[2];
     }
     RBTI_EACH_DRAW(r) {
-        codes[r] = rbti_spin_flags(table, d->alpha1[r], d->speed[r], x[r], y[r], z[r]);
-        bad |= rbti_spin_is_bad(d->alpha1[r], d->speed[r], x[r], y[r], z[r]);
+        bad |= rbti_is_bad(d->alpha1[r], d->speed[r]);
+        bad |= 1 - rbti_has_energy(d->speed[r], x[r], y[r], z[r], d->inertia[r]);
     }
     for (size_t r = 0; r < m && bad; r++) {
         const size_t k = first + (r < count ? r : count - 1);
-        const int error = rbti_spin_error(table, d->alpha1[r], d->speed[r], x[r], y[r], z[r],
-                                          rbti_vector_of(given->grain, k));
-        if (error < RBT_OK) {
-            codes[r] = error;
+        const double spin[3] = {x[r], y[r], z[r]};
+        errors[r] = rbti_spin_error(table, d->alpha1[r], d->speed[r], spin, d->inertia[r],
+                                    rbti_vector_of(given->grain, k));
+        if (errors[r] < RBT_OK) {
             d->alpha1[r] = table->alpha.first;
             d->speed[r] = table->speed.first;
-            x[r] = y[r] = z[r] = 0.0;
+            x[r] = y[r] = z[r] = d->inertia[r] = 0.0;
         }
     }
+    return bad;
 }
 
 /* Draws of a block of rows, and their codes; without `states` the codes alone. */
@@ -95,10 +104,13 @@ static void rbti_draw_spins(const rbt_table *table, const rbt_conditions *given,
 {
     const rbti_grains grains = {rbti_vector_of(given->grain, first), seed, given->fresh};
     rbti_spin_draws draws RBTI_ALIGNED;
-    rbti_take_spin_conditions(table, given, first, count, &draws, codes);
-    if (states)
-        rbti_spin_steps(RBTI_BLOCK, (size_t)table->spin.n_outcomes, table, seed, &grains,
-                        given->index + first, given->hit + first, count, variables, &draws, states);
+    int errors[RBTI_BLOCK] RBTI_ALIGNED, flags[RBTI_BLOCK] RBTI_ALIGNED;
+    const int bad = rbti_take_spin_conditions(table, given, first, count, &draws, errors);
+    rbti_spin_steps(RBTI_BLOCK, (size_t)table->spin.n_outcomes, table, seed, &grains,
+                    given->index + first, given->hit + first, count, variables, &draws, flags,
+                    states, given->inertia_after ? given->inertia_after + first : NULL);
+    for (size_t r = 0; r < count; r++)
+        codes[r] = bad && errors[r] < RBT_OK ? errors[r] : flags[r];
 }
 
 #endif
