@@ -46,8 +46,9 @@ class Rebound(NamedTuple):
     omega : float64 array, shape (..., 3)
         Mean angular velocity over the free tumbling after the rebound, rad/s, lab frame.
     inertia : float64 array, shape (...)
-        Inertia k about it over m a^2: the energy of rotation is k m a^2 ``|omega|^2`` / 2. Both stay
-        in free flight, and are for the next rebound. 0 of a fresh grain, by the law of first impacts.
+        Inertia k about it over m a^2: the energy of rotation is k m a^2 ``|omega|^2`` / 2. Both
+        stay in free flight, and are for the next rebound. 0 of a fresh grain, by the law of first
+        impacts.
     """
 
     velocity: NDArray[np.float64]

@@ -23,7 +23,7 @@ CODES = (
     Code("SPIN", 4, "spin beyond the table, or inertia beyond the grain: the nearest was drawn"),
     Code("EXTRAPOLATED", 8, "a speed at which the material pair was not measured"),
     Code("ERR_MISSING", -1, "a required array or the table is missing (NULL, or a handle of 0)"),
-    Code("ERR_NOT_FINITE", -2, 
+    Code("ERR_NOT_FINITE", -2,
         "arguments: allowed: finite numbers, speeds below 1e150 m/s, inertia 0 or more"),
     Code("ERR_NOT_APPROACHING", -3,
         "alpha1: allowed: above 0, at most pi/2 rad; velocity: allowed: towards the wall, "

@@ -151,8 +151,8 @@ class Counting:
             if kind == "spin" and "inertia" in arrays and spin <= covered.spin[1]:
                 inertia = float(call.at("inertia", row))
                 return (
-                    f"inertia: got {inertia:.6g} at {call.place(row)}, allowed: from the smallest to "
-                    "the largest moment of inertia of the grain, over m a^2, or 0: not known"
+                    f"inertia: got {inertia:.6g} at {call.place(row)}, allowed: from the smallest "
+                    "to the largest moment of inertia of the grain, over m a^2, or 0: not known"
                 )
         if "roughness" in arrays:
             given += " or on a facet of its rough wall"

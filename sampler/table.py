@@ -190,8 +190,8 @@ class Table(LawAtConditions, Counting):
             draw is from the spin law, which also knows the grain. Left out, from the law of first
             impacts, of any grain: who follows particles gives zeros at their first hit.
         inertia : float or array, optional
-            Inertia about the spin, over m a^2; the energy of rotation is that times ``|spin|^2``, in
-            m V^2 / 2. Left out, or 0: not known, and drawn by the keys from those that rebounds
+            Inertia about the spin, over m a^2; the energy of rotation is that times ``|spin|^2``,
+            in m V^2 / 2. Left out, or 0: not known, and drawn by the keys from those that rebounds
             leave. Without a spin it does not matter.
         grain : "own", "fresh" or array, shape (..., 3)
             "own": with a spin, a particle has the same grain at every hit, drawn by (seed, index),

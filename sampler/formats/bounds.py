@@ -111,8 +111,8 @@ ORIENTATION, CONSTANT_RESISTANCE, TABULATED_RESISTANCE, COULOMB = range(4)
 # With k the inertia about the spin before and E = 1 + k |spin|^2 the energy before, over m V^2 / 2,
 # the velocities over V are sqrt(E) p / sqrt(1 + |p|^2): a positive p_v leaves the wall, and left =
 # E / (1 + |p|^2) stays for rotation and wall. With k' the inertia after, of its kappa, the angular
-# velocities times a/V are sqrt(left / k') o / sqrt(1 + |o|^2), and the wall takes left / (1 + |o|^2),
-# of which a^6 is the normal work's share. So whatever the outcomes are, energies add up.
+# velocities times a/V are sqrt(left / k') o / sqrt(1 + |o|^2), and the wall takes the rest, left /
+# (1 + |o|^2), of which a^6 is the normal work's share. So energies add up, whatever the outcomes.
 
 OUTCOMES = ("p_u", "p_v", "p_w", "o_x", "o_y", "o_z", "kappa", "a")
 #: sqrt(alpha1), the speed's coordinate, the spin's three, and the place of the inertia about it.
@@ -126,8 +126,8 @@ N_FEATURES = 1 + N_INPUTS + N_CONDITIONS * (N_CONDITIONS + 1) // 2
 N_OUTCOMES = 7
 N_OUTCOMES_WITH_WORKS = len(OUTCOMES)
 
-#: Size of the coordinate sigma of the slowest spin, which keeps its direction: the law depends on it
-#: however slow it is. sigma = s / |s| (SPIN_CORE + |s| / (1 + |s|^2)^(1/4)).
+#: Size of the coordinate sigma of the slowest spin, which keeps its direction: the law depends on
+#: it however slow it is. sigma = s / |s| (SPIN_CORE + |s| / (1 + |s|^2)^(1/4)).
 SPIN_CORE = 0.3
 
 #: Largest moment of inertia of a body of mass 1 and half-size 1.
@@ -163,7 +163,8 @@ LEAST_REST = 1e-6
 #: from which on it is whole.
 GRAZING = 0.0087
 
-#: Squared coordinate of the spin, |sigma|^2, below which the root of a tree takes a particle not to spin.
+#: Squared coordinate of the spin, |sigma|^2, below which the root of a tree takes a particle not to
+#: spin.
 NO_SPIN = 1e-12
 
 #: Bound of the score zeta = z / sqrt(1 + z^2 / SCORE_MAX^2), where the quantiles end.

@@ -165,8 +165,8 @@ SPIN_DATASETS = (
         "gamma = c/b, largest g1 (1 + beta^2), smallest g3 beta^2 (1 + gamma^2)",
         (checks.within(*INERTIA_COEFFICIENT),)),
     Dataset("spin/kappa_quantiles", "<f8", ("n_shapes", N_KAPPA_QUANTILES), "1",
-        "place kappa of the inertia about the spin, by shape, that rebounds leave: at equal steps of "
-        "probability from 0 to 1; 0 at the smallest moment of inertia, 1 at the largest",
+        "place kappa of the inertia about the spin, by shape, that rebounds leave: at equal steps "
+        "of probability from 0 to 1; 0 at the smallest moment of inertia, 1 at the largest",
         (*_SHARE, checks.non_decreasing)),
     Dataset("spin/aspect", "<f8", (2, 4), "1",
         "normal laws of b/a and c/b in the population: mean, standard deviation, and the standard "
@@ -187,8 +187,8 @@ SPIN_DATASETS = (
     Dataset("spin/roots", "<i4", ("n_shapes",), "1",
         "node at which the tree of a shape begins", (checks.spin_roots,)),
     Dataset("spin/node_axis", "|i1", ("n_nodes",), "1",
-        f"what a node compares: 0 to {N_CONDITIONS - 1} a condition, {N_CONDITIONS} the square of the "
-        "coordinate of the spin",
+        f"what a node compares: 0 to {N_CONDITIONS - 1} a condition, {N_CONDITIONS} the square of "
+        "the coordinate of the spin",
         (checks.within(0, N_CONDITIONS),)),
     Dataset("spin/node_cut", "<f8", ("n_nodes",), "1",
         "values from this on belong to the second child", (checks.within(-MOST_CUT, MOST_CUT),)),
@@ -211,8 +211,8 @@ SPIN_DATASETS = (
         "lower-triangular factors of the scores' covariances, rows packed: L00, L10, L11, ...",
         (checks.positive_diagonals_of("spin/mean"),), compressed=True),
     Dataset("spin/quantiles", "<f4", ("n_leaves", "n_outcomes", "n_spin_knots"), "1",
-        "outcomes p_u, p_v, p_w, o_x, o_y, o_z, kappa, and of a law with works a, at equal steps of "
-        f"the bounded score, from -{SCORE_MAX:g} to {SCORE_MAX:g}",
+        "outcomes p_u, p_v, p_w, o_x, o_y, o_z, kappa, and of a law with works a, at equal steps "
+        f"of the bounded score, from -{SCORE_MAX:g} to {SCORE_MAX:g}",
         (checks.within(*OUTCOME), checks.non_decreasing, checks.spin_leaves_the_wall),
         compressed=True),
     Dataset("spin_accuracy/alpha_deg", "<f8", ("n_spin_conditions",), "degree",

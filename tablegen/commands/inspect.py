@@ -75,7 +75,6 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "speed_independent": contents.speed_independent,
         "valid_speed": contents.valid_speed and list(contents.valid_speed),
         "covers": str(table.covered),
-        "omega": contents.omega,
         "least_inertia": contents.least_inertia,
         "spin": _spin_law(contents),
         "spheres": contents.of_spheres,

@@ -100,7 +100,6 @@ def contents_of(
         channels=channels,
         speed_independent=not config.pair.restitution.depends_on_speed,
         valid_speed=config.pair.restitution.valid_speed,
-        omega=config.domain.omega,
         least_inertia=least_inertia(config.population),
     )
 

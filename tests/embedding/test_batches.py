@@ -7,8 +7,8 @@ from known_vectors import VECTORS
 
 SEED = 5
 #: Arrays of each law, and whether grains are fresh: without spin, of rebounds the own grain or the
-#: law of first impacts; with it and the keys' grain, a fresh one with inertias that are not known, or
-#: a given one; of a given grain that does not spin.
+#: law of first impacts; with it and the keys' grain, a fresh one with inertias that are not known,
+#: or a given one; of a given grain that does not spin.
 LAWS = {
     "nodes": ((), 0),
     "first": ((), 1),
@@ -151,7 +151,8 @@ def test_rebounds_are_those_one_by_one(library, law, wall, rough, flat, n):
         ("own", "half_size", 9e-10, -6), ("own", "half_size", 0.11, -6),
         ("own", "roughness", np.nan, -7), ("own", "roughness", -1e-300, -7),
         ("nodes", "roughness", 0.5000001, -7), ("own", "omega", np.inf, -2),
-        ("unspun", "grain", 0.3, -11), ("own", "inertia", -1e-300, -2), ("own", "inertia", np.inf, -2),
+        ("unspun", "grain", 0.3, -11),
+        ("own", "inertia", -1e-300, -2), ("own", "inertia", np.inf, -2),
     ],
 )  # fmt: skip
 def test_a_row_with_an_error_is_nan_and_leaves_the_others_alone(

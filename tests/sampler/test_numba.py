@@ -30,6 +30,7 @@ def _given(out, **others):
 
 
 FROZEN = np.zeros(6)
+NUMBERS = {_sample: 6, _rebound: 7}
 FROZEN.flags.writeable = False
 
 #: What does not compile, by its name.
@@ -41,19 +42,21 @@ WRONG = {
     **dict.fromkeys(("seed", "index", "hit"), (1.0, True, None)),
     "grain": (4.0,),
     "fresh": (1,),
+    "inertia": ((0.3,), None),
 }
 
 
 @pytest.mark.parametrize("function", [_sample, _rebound])
 @pytest.mark.parametrize(("name", "value"), [(name, x) for name in WRONG for x in WRONG[name]])
 def test_other_types_do_not_compile(table, function, name, value):
-    """None stands for what is left out."""
+    """None stands for what is left out, but of the inertia, which is 0 then."""
     given = _given(np.zeros(6)) | {name: value}
+    left = {k: v for k, v in given.items() if v is not None or k == "inertia"}
     with pytest.raises(TypingError, match=f"{name}: got .*, allowed: "):
-        function(table.handle, **{k: v for k, v in given.items() if v is not None})
+        function(table.handle, **left)
 
 
-@pytest.mark.parametrize(("function", "sizes"), [(_sample, (0, 5, 10)), (_rebound, (0, 5, 7, 10))])
+@pytest.mark.parametrize(("function", "sizes"), [(_sample, (0, 5, 10)), (_rebound, (0, 6, 8, 10))])
 def test_outputs_of_another_size_are_left_alone(table, function, sizes):
     room = np.full(10, 7.0)
     for size in sizes:
@@ -64,12 +67,26 @@ def test_outputs_of_another_size_are_left_alone(table, function, sizes):
 
 @pytest.mark.parametrize("function", [_sample, _rebound])
 def test_an_error_is_a_code_and_nan(table, function):
-    out = np.zeros(6)
+    out = np.zeros(NUMBERS[function])
     assert function(0, **_given(out)) == errors.MISSING
     assert np.isnan(out).all()
     out[:] = 0.0
     assert function(table.handle, **_given(out, grain=(9, 1, 1))) == errors.NO_SPIN_LAW
     assert np.isnan(out).all()
+
+
+def test_works_of_a_table_without_are_an_error(table):
+    out = np.zeros(9)
+    assert _rebound(table.handle, **_given(out, fresh=True)) == errors.NO_WORKS
+    assert np.isnan(out).all()
+
+
+def test_a_particle_that_recedes_is_kept(table):
+    out, v, omega = np.zeros(7), (60.0, 80.0, 0.0), (1.0, 2.0, 3.0)
+    given = {"omega": omega, "inertia": 0.3, **_given(out)}
+    code = sampler.numba.rebound(table.handle, v, (0.0, 1.0, 0.0), 1e-5, **given)
+    assert code == errors.NOT_APPROACHING
+    assert out.tolist() == [*v, *omega, 0.3]
 
 
 def test_any_stride_and_integer_will_do(table):
@@ -82,34 +99,35 @@ def test_any_stride_and_integer_will_do(table):
 
 
 @numba.njit(parallel=True, nogil=True)
-def _bounce(handle, velocity, normal, omega, roughness, fresh, isotropic, out):
+def _bounce(handle, velocity, normal, omega, inertia, roughness, fresh, isotropic, out):
     wall = (1.0, 2.0, 3.0)
     for k in numba.prange(velocity.shape[0]):
         v = (velocity[k, 0], velocity[k, 1], velocity[k, 2])
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
-        how = wall, omega, roughness, None, k, 2, fresh, isotropic, 7
+        how = wall, omega, inertia, roughness, None, k, 2, fresh, isotropic, 7
         sampler.numba.rebound(handle, v, n, 1e-5, *how, out[k])
 
 
 @pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
 @pytest.mark.parametrize(
-    ("omega", "roughness", "fresh", "isotropic"),
+    ("omega", "inertia", "roughness", "fresh", "isotropic"),
     [
-        (None, 0.0, False, False), (None, 0.0, True, False), ((1e6, 0.0, -2e6), 0.2, True, False),
-        ((1e6, 0.0, -2e6), 0.2, False, True),
+        (None, 0.0, 0.0, False, False), (None, 0.0, 0.0, True, False),
+        ((1e6, 0.0, -2e6), 0.25, 0.2, True, False), ((1e6, 0.0, -2e6), 0.0, 0.2, False, True),
     ],
 )  # fmt: skip
-def test_rebounds_are_those_of_a_batch(omega, roughness, fresh, isotropic):
+def test_rebounds_are_those_of_a_batch(omega, inertia, roughness, fresh, isotropic):
     table = sampler.load(SPINNING)
     velocity, normal = impacts(300)
     keep = np.einsum("nk,nk->n", velocity - [1.0, 2.0, 3.0], normal) < 0.0
     velocity, normal = velocity[keep], normal[keep]
-    out, works = np.empty((len(velocity), 8)), np.empty((len(velocity), 2))
-    _bounce(table.handle, velocity, normal, omega, roughness, fresh, isotropic, out)
+    out, works = np.empty((len(velocity), 9)), np.empty((len(velocity), 2))
+    _bounce(table.handle, velocity, normal, omega, inertia, roughness, fresh, isotropic, out)
     keys = {"seed": 7, "index": range(len(out)), "hit": 2, "wall_velocity": [1, 2, 3]}
     how = keys | {"roughness": roughness, "isotropic": isotropic, "omega": omega, "works": works}
+    how |= {"inertia": inertia}
     expected = table.rebound(velocity, normal, 1e-5, grain="fresh" if fresh else "own", **how)
-    np.testing.assert_array_equal(out, np.hstack([*expected, works]))
+    np.testing.assert_array_equal(out, np.column_stack([*expected, works]))
     assert works.any()
 
 
@@ -130,7 +148,7 @@ def run(handle, out):
     v, n = (9.0, -90.0, 0.0), (0.0, 1.0, 0.0)
     return sampler.numba.rebound(handle, v, n, 1e-5, index=1, hit=0, fresh=True, seed=7, out=out)
 table = sampler.load(sys.argv[1])
-out = np.empty(6)
+out = np.empty(7)
 assert run(table.handle, out) >= 0
 print(out.tolist(), sum(run.stats.cache_hits.values()))
 """

@@ -117,8 +117,8 @@ def rough_conditions(table):
     ]
 
 
-#: Angle, speed, spin and inertia: at zero spin, on both sides of the plane, at the fold, where chance
-#: takes the side, inertias that are not known or beyond, outside, and what is refused.
+#: Angle, speed, spin and inertia: at zero spin, on both sides of the plane, at the fold, where
+#: chance takes the side, inertias that are not known or beyond, outside, and what is refused.
 SPIN_DRAWS = (
     (0.5, 100.0, (0.0, 0.0, 0.0), 0.0), (0.5, 100.0, (0.0, 0.0, 0.0), 9.0),
     (0.5, 100.0, (-0.0, 1e-9, 0.0), 0.3), (0.1, 60.0, (0.3, -1.0, -0.8), 0.25),
@@ -131,7 +131,8 @@ SPIN_DRAWS = (
     *((0.5, 100.0, (1.0, 0.0, 0.0), k) for k in (-1e-300, NAN, INFINITE)),
     *((*condition, 0.3) for condition in (
         (NAN, 100.0, REST), (0.5, 100.0, (NAN, 0, 0)), (0.5, 100.0, (0, INFINITE, 0)),
-        (0.5, 100.0, (0, 0, 1e160)), (0.0, 100.0, REST), (0.0, 100.0, (NAN, 0, 0)), (0.5, 0.0, REST),
+        (0.5, 100.0, (0, 0, 1e160)), (0.0, 100.0, REST), (0.0, 100.0, (NAN, 0, 0)),
+        (0.5, 0.0, REST),
     )),
 )  # fmt: skip
 

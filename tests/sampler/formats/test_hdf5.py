@@ -81,7 +81,7 @@ def test_file_describes_itself(file, contents):
     with h5py.File(file) as opened:
         assert set(opened.attrs) == {*FILE_ATTRIBUTES, *ATTRIBUTES} - {"valid_speed"}
         assert opened.attrs["format"] == "rebound-table"
-        assert opened.attrs["format_version"].tolist() == [2, 0]
+        assert opened.attrs["format_version"].tolist() == [3, 0]
         assert opened.attrs["content_sha256"] == _checksum(opened) == contents.content_sha256
         for path, node in _all_datasets(opened).items():
             assert node.attrs["units"], path
@@ -131,7 +131,7 @@ def test_names_and_texts_that_can_be_shown(tmp_path, text, pair):
 
 def test_later_minor_version_with_a_further_dataset(file):
     def change(opened):
-        opened.attrs["format_version"] = [2, 7]
+        opened.attrs["format_version"] = [3, 7]
         opened["dependence/later"] = np.arange(3.0)
 
     _edit(file, change)
@@ -165,7 +165,7 @@ def _group_for_dataset(file):
 
 #: Changes of a file by what is refused then.
 REFUSED = {
-    "format_version": [_attribute("format_version", version) for version in ([1, 5], [3, 0], 2)],
+    "format_version": [_attribute("format_version", version) for version in ([2, 0], [4, 0], 3)],
     "pair": [
         lambda file: file.attrs.__delitem__("pair"),
         *(_attribute("pair", text) for text in ("a\x1b[2Jb", "x" * 10**5)),
@@ -178,7 +178,6 @@ REFUSED = {
     ],
     "seed": [_attribute("seed", -1)],
     "config": [_attribute("config", "x = 1 # \x1b[2J")],
-    "omega": [_attribute("omega", "now"), lambda file: file.attrs.__delitem__("omega")],
     "speed_independent": [_attribute("speed_independent", 2)],
     "valid_speed": [_attribute("valid_speed", x) for x in ([9.0, 5.0], "50 300")],
     "least_inertia": [_attribute("least_inertia", 0.7)],
