@@ -74,6 +74,19 @@ def compare(states, condition, reference):
     ]
 
 
+def torque_on(mass, density, viscosity, factor=1.0):
+    """The action of a gas on the spins of these grains, `slow` of `free_flight.fly`.
+
+    The moment about a spin is inertia m a^2. Before the first wall there is no spin.
+    """
+
+    def slow(rows, omega, inertia, time):
+        moment = np.where(inertia > 0.0, inertia, 1.0) * mass * HALF_SIZE**2 / factor
+        return sampler.spin_after(omega, time, moment, DIAMETER, density, viscosity)
+
+    return slow
+
+
 def unfit_tables(path, contents):
     """Binary tables beside a whole one, by name: missing, cut short, and without a spin law."""
     tables = {name: path.with_name(f"{name}.rbt") for name in ("none", "short", "plain")}

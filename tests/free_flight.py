@@ -21,27 +21,34 @@ def _mirror(velocity, omega, rows, axes):
     omega[rows, axes] *= -1.0
 
 
-def fly(start, end, box, rebound, slow=lambda omega, time: omega, symmetry_axes=()):
+def _keep(rows, omega, inertia, time):
+    """Leave spins as they are."""
+    return omega
+
+
+def fly(start, end, box, rebound, slow=_keep, symmetry_axes=()):
     """Follow particles without spin from ``start``, positions and velocities (n, 3), to a time [s].
 
     ``box`` is its lower and upper corner; walls normal to ``symmetry_axes`` are symmetry planes.
-    ``rebound`` takes (rows, normal, velocity, omega, hits) of the particles that meet a wall, the
-    normal into the gas, to velocity and omega after it, ``slow`` (omega, time) to the omega that
-    the gas leaves. Returns velocity and omega (n, 3) and hits (n,) at the end.
+    ``rebound`` (rows, normal, velocity, omega, inertia, hits) returns velocity, omega and inertia
+    after the hits of some particles on walls, whose normals point into the gas. ``slow`` (rows,
+    omega, inertia, time) returns the omega that the gas leaves. Inertias are over m a^2, 0 before
+    the first wall. Returns velocity and omega (n, 3), inertia and hits (n,) at the end.
     """
     position, velocity = start[0].copy(), start[1].copy()
-    omega = np.zeros_like(velocity)
+    omega, inertia = np.zeros_like(velocity), np.zeros(len(velocity))
+    rows = np.arange(len(velocity))
     left = np.full(len(position), end)
     hits = np.zeros(len(position), dtype=np.int64)
     while True:
         time, axis, upper = _next_wall(position, velocity, *box)
         going = np.flatnonzero(time < left)
         if going.size == 0:
-            return velocity, slow(omega, left), hits
+            return velocity, slow(rows, omega, inertia, left), inertia, hits
         time, axis, upper = time[going], axis[going], upper[going]
         position[going] += velocity[going] * time[:, None]
         left[going] -= time
-        omega[going] = slow(omega[going], time)
+        omega[going] = slow(going, omega[going], inertia[going], time)
         # on the wall exactly, so that the next wall is another one
         position[going, axis] = np.where(upper, box[1][axis], box[0][axis])
         met = ~np.isin(axis, symmetry_axes)
@@ -49,7 +56,7 @@ def fly(start, end, box, rebound, slow=lambda omega, time: omega, symmetry_axes=
         going, axis, upper = going[met], axis[met], upper[met]
         normal = np.zeros((going.size, 3))
         normal[np.arange(going.size), axis] = np.where(upper, -1.0, 1.0)
-        velocity[going], omega[going] = rebound(
-            going, normal, velocity[going], omega[going], hits[going]
+        velocity[going], omega[going], inertia[going] = rebound(
+            going, normal, velocity[going], omega[going], inertia[going], hits[going]
         )
         hits[going] += 1

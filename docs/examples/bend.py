@@ -3,7 +3,8 @@
     python docs/examples/bend.py --figure docs/bend_impacts.png
 
 A plane duct of 0.1 m turns by 90 degrees; its gas is a free vortex in the bend. Drag is that of
-Schiller and Naumann; spins decay as in Stokes flow. Laws of erosion start from these numbers.
+Schiller and Naumann; the torque of the gas, which slows spins down, is that on a sphere. Laws of
+erosion start from these numbers.
 """
 
 import argparse
@@ -13,6 +14,7 @@ from collections import namedtuple
 
 import matplotlib.pyplot as plt
 import numpy as np
+from cylinders import spin_after
 from tqdm import tqdm
 from wall_laws import LOOKS, model_laws
 
@@ -91,19 +93,19 @@ def hit_times(gas, x, v, h):
 def follow(law, gas, count, seed):
     """Follow particles with a law of `wall_laws.py`; return `Impacts` on the outer wall."""
     h = STEP * (OUTER - INNER) / gas[0]
-    decay = 10.0 / 3.0 * 18.0 * VISCOSITY / (PARTICLE_DENSITY * gas[1] ** 2)
     records, rng = [], np.random.default_rng(seed)
     x = np.stack((np.full(count, -BEFORE), INNER + (OUTER - INNER) * rng.random(count)))
     v = np.tile([[gas[0]], [0.0], [0.0]], count)
-    omega, index, hits = np.zeros((3, count)), np.arange(count), np.zeros(count, int)
-    turned, since = rng.normal(size=(4, count)), np.zeros(count)  # orientation; time of flight, s
+    index, hits = np.arange(count), np.zeros(count, int)
+    omega, moment = np.zeros((3, count)), np.zeros(count)  # and of inertia about it, over the mass
+    since = np.zeros(count)  # the last wall, s
     with tqdm(total=count, unit="particle", leave=False) as progress:
         while len(index):
             end, end_v = step(gas, x, v, h)
             flown, behind = np.full(len(index), h), np.flatnonzero(~is_inside(end))
             flown[behind] = hit_times(gas, x[:, behind], v[:, behind], h)
             end[:, behind], end_v[:, behind] = step(gas, x[:, behind], v[:, behind], flown[behind])
-            omega, since = omega * np.exp(-decay * flown), since + flown
+            since = since + flown
             r, normal = across(end[:, behind]), np.zeros((3, len(behind)))
             outer = r > MIDDLE
             normal[:2] = np.where(outer, -1.0, 1.0) * np.maximum(end[:, behind], 0.0) / r
@@ -115,17 +117,15 @@ def follow(law, gas, count, seed):
             angle = np.arcsin(np.minimum(into / speed, 1.0))
             who = index[behind[met]] * GROUPS // count, hits[behind[met]]
             records.append((*who, along(end[:, behind[met]]), speed[met], angle[met]))
-            # torque scales omega alone: so long a free flight with this omega turns as far
-            time = np.expm1(decay * since[rows]) / decay
-            given = end_v[:, rows].T, normal[:, ~slides].T, gas[1], omega[:, rows].T
-            given += turned[:, rows].T, time
+            spin = spin_after(omega[:, rows].T, since[rows], moment[rows], gas[1])
+            given = end_v[:, rows].T, normal[:, ~slides].T, gas[1], spin, moment[rows]
             after = law(*given, seed=seed, index=index[rows], hit=hits[rows])
-            end_v[:, rows], omega[:, rows], turned[:, rows] = (part.T for part in after)
+            end_v[:, rows], omega[:, rows], moment[rows] = (part.T for part in after)
             hits[rows], since[rows] = hits[rows] + 1, 0.0
             inside = (end[0] >= -BEFORE) & (end[1] > -BEHIND)
             progress.update(len(index) - inside.sum())
-            kept = (end, end_v, omega, turned, since, index, hits)
-            x, v, omega, turned, since, index, hits = (a[..., inside] for a in kept)
+            kept = (end, end_v, omega, moment, since, index, hits)
+            x, v, omega, moment, since, index, hits = (a[..., inside] for a in kept)
     return Impacts(*map(np.concatenate, zip(*records, strict=True)))
 
 

@@ -2,7 +2,8 @@
 
 The gas is the potential flow of three rows of doublets, whose closed streamlines are the cylinders
 within 2 %. Drag is that of Schiller and Naumann with Ganser's factors for the sphericity of each
-grain (Powder Technol. 77 (1993) 143), and the torque of the gas is that on a sphere.
+grain (Powder Technol. 77 (1993) 143), and the torque of the gas is that on a sphere. It changes a
+spin by the grain's own moment of inertia about that spin, which a rebound gives.
 """
 
 import math
@@ -36,10 +37,18 @@ def drag_of(diameter, grain):
     return np.stack((stokes, k1 * k2 * GAS_DENSITY * diameter / VISCOSITY), axis=1)
 
 
-def spin_after(omega, time, diameter):
-    """Angular velocities that the torque of the gas leaves."""
-    inertia = math.pi / 60.0 * DENSITY * diameter**5
-    return sampler.spin_after(omega, time, inertia, diameter, GAS_DENSITY, VISCOSITY)
+def spin_after(omega, time, moment, diameter):
+    """Angular velocities (n, 3) that the torque of the gas leaves after flights of some times.
+
+    One call for a whole flight is exact, since the gas has the same torque all along. ``moment`` is
+    that of inertia about the spin over the mass, m^2; 0 before the first wall, without a spin.
+    """
+    after, spins = omega.copy(), moment > 0.0
+    inertia = math.pi / 6.0 * DENSITY * diameter**3 * moment
+    given = omega[spins], time[spins], inertia[spins]
+    size = np.broadcast_to(diameter, moment.shape)[spins]
+    after[spins] = sampler.spin_after(*given, size, GAS_DENSITY, VISCOSITY)
+    return after
 
 
 @numba.njit(cache=True)
@@ -116,7 +125,7 @@ def follow(law, grain_of, count, sizes, seed, progress):
     drags = drag_of(diameter, grain_of(seed, index))
     states = np.tile([AHEAD, 0.0, SPEED, 0.0, 0.0], (count, 1))
     states[:, 1] = PITCH * rng.random(count)
-    omega, turned, fate = np.zeros((count, 3)), rng.normal(size=(count, 4)), np.full(count, STAYED)
+    omega, moment, fate = np.zeros((count, 3)), np.zeros(count), np.full(count, STAYED)
     fields, met, ahead, walls, start = [], [], np.zeros(count), 0.0, time.process_time()
     while len(index):
         fields.append(np.zeros(CELLS))
@@ -124,7 +133,7 @@ def follow(law, grain_of, count, sizes, seed, progress):
         column, normal, flight, passing = fly(flown, drags[index], fields[-1])
         states[index] = flown
         ahead[index] += passing * (hits[index] > 0)
-        omega[index] = spin_after(omega[index], flight, of_grain)
+        omega[index] = spin_after(omega[index], flight, moment[index], of_grain)
         velocity, ended = flown[:, 2:], column < 0
         fate[index[ended]] = column[ended]
         into = -(velocity * normal).sum(axis=1)
@@ -133,11 +142,11 @@ def follow(law, grain_of, count, sizes, seed, progress):
         index, velocity, into = index[k], velocity[k], into[k]
         speed = np.linalg.norm(velocity, axis=1)
         met.append((column[k], speed, np.degrees(np.arcsin(np.minimum(into / speed, 1.0)))))
-        impact = velocity, normal[k], of_grain[k], omega[index], turned[index], flight[k]
+        impact = velocity, normal[k], of_grain[k], omega[index], moment[index]
         before = time.process_time()
         after = law(*impact, seed=seed, index=index, hit=hits[index])
         walls += time.process_time() - before
-        states[index, 2:], omega[index], turned[index] = after
+        states[index, 2:], omega[index], moment[index] = after
         hits[index] += 1
     energy = 0.5 * (states[:, 2:] ** 2).sum(axis=1)
     ends = diameter, fate, hits, energy, np.linalg.norm(omega, axis=1), ahead

@@ -1,41 +1,101 @@
-"""Grains of corundum in a channel with two plates: each keeps its number, hits and spin."""
+"""Grains of corundum in a channel with two plates.
+
+A grain keeps its number, the number of walls that it has met, its spin, and the inertia about it.
+"""
 
 import numpy as np
 
 import sampler
 
-# SI units: time step, gas, diameter and mass of a grain
-DT, GAS, RHO, MU, D, M = 2e-5, np.array([100.0, 0.0, 0.0]), 1.2, 1.8e-5, 60e-6, 4.5e-10
+# SI units: time step, gas, diameter, mass and largest half-size of a grain
+DT, GAS, DENSITY, VISCOSITY = 2e-5, np.array([100.0, 0.0, 0.0]), 1.2, 1.8e-5
+DIAMETER, MASS, HALF_SIZE = 60e-6, 4.5e-10, 0.63 * 60e-6
+DRAG = 9.42477796 * VISCOSITY * DIAMETER / MASS  # of Stokes, 1/s
+
 # floor, roof, two sides of each plate: x, y of an end, the normal into the gas, the length
-WALLS = [(-9, 0, 0, 1, 18), (9, 0.1, 0, -1, 18), (0.1, 0, -0.8660254, 0.5, 0.07)]
-WALLS += [(0.135, 0.06062178, 0.8660254, -0.5, 0.07)]
-WALLS += [(0.235, 0.03937822, -0.8660254, -0.5, 0.07), (0.2, 0.1, 0.8660254, 0.5, 0.07)]
+WALLS = [
+    (-9.0, 0.0, 0.0, 1.0, 18.0),
+    (9.0, 0.1, 0.0, -1.0, 18.0),
+    (0.1, 0.0, -0.8660254, 0.5, 0.07),
+    (0.135, 0.06062178, 0.8660254, -0.5, 0.07),
+    (0.235, 0.03937822, -0.8660254, -0.5, 0.07),
+    (0.2, 0.1, 0.8660254, 0.5, 0.07),
+]
+
+
+def walls_ahead(x, v):
+    """Return normals of the walls that the next step of grains crosses, zeros where none."""
+    normal = np.zeros_like(v)
+    for end_x, end_y, n_x, n_y, length in WALLS:
+        from_x, from_y = x[:, 0] - end_x, x[:, 1] - end_y
+        away = n_x * from_x + n_y * from_y
+        along = n_y * from_x - n_x * from_y
+        approach = -(n_x * v[:, 0] + n_y * v[:, 1])
+        near = (away >= 0.0) & (away < DT * approach) & (along > 0.0) & (along < length)
+        normal[near] = n_x, n_y, 0.0
+    return normal
+
+
+def resting_speeds(v, normal):
+    """Return the normal speeds below which grains rest.
+
+    The next hop would be lower than a hundredth of the diameter, since the gas presses the grain to
+    the wall.
+    """
+    pressure = -(normal * (GAS - v)).sum(axis=1) * DRAG  # acceleration towards the wall
+    return np.sqrt(2.0 * np.maximum(pressure, 0.0) * 0.01 * DIAMETER)
+
+
+def slow_down(omega, inertia, flight):
+    """Return the spins that the torque of the gas leaves; one call for a whole flight is exact."""
+    moment = inertia * MASS * HALF_SIZE**2
+    spins = inertia > 0.0  # a grain that has met no wall does not spin
+    after = omega.copy()
+    gas = DIAMETER, DENSITY, VISCOSITY
+    after[spins] = sampler.spin_after(omega[spins], flight[spins], moment[spins], *gas)
+    return after
 
 
 def follow(table, n):
-    """Send n grains through; return their places, velocities, spins and numbers of hits."""
-    share, a = 1.0 - np.exp(-3.0 * np.pi * MU * D * DT / M), 0.63 * D
+    """Send n grains through.
+
+    Returns how many pass, how many come back, how many walls they meet, and at the end of their
+    paths the sums of their squared velocities and of their spins.
+    """
     x = np.stack([np.zeros(n), (np.arange(n) + 0.5) * 0.1 / n], axis=1)
-    v, omega, hit, k = np.tile(GAS, (n, 1)), np.zeros((n, 3)), np.zeros(n, int), np.arange(n)
-    inertia, time = np.full(n, 0.4), np.zeros(n)  # that of a grain at rest has no effect
-    while k.size:  # the grains in flight
-        v[k] += share * (GAS - v[k])
-        time[k] += DT  # since the last wall
-        normal = np.zeros((k.size, 3))  # of a wall that the next step crosses
-        for a, b, p, q, length in WALLS:
-            away, along = (x[k] - (a, b)) @ (p, q), (x[k] - (a, b)) @ (q, -p)
-            near = (away >= 0) & (away < -DT * (v[k, :2] @ (p, q))) & (along > 0) & (along < length)
-            normal[near] = p, q, 0.0
-        into, free = -(normal * v[k]).sum(axis=1), ~normal.any(axis=1)
-        met, n_met = k[into > 1.0], normal[into > 1.0]  # m/s: slower ones rest, instead of hops
-        given = {"seed": 7, "index": met, "hit": hit[met], "inertia": inertia[met]}
-        moment = inertia[met] * M * a**2  # of the torque of the gas, once a flight
-        given["omega"] = sampler.spin_after(omega[met], time[met], moment, D, RHO, MU)
-        v[met], omega[met], inertia[met] = table.rebound(v[met], n_met, a, **given)
-        hit[met], time[met] = hit[met] + 1, 0.0
-        x[k[free]] += DT * v[k[free], :2]
-        k = k[(free | (into > 1.0)) & (x[k, 0] >= 0.0) & (x[k, 0] < 0.5)]
-    return (x[:, 0] >= 0.5).sum(), (x[:, 0] < 0.0).sum(), hit.sum(), (v**2).sum(), omega[:, 2].sum()
+    v = np.tile(GAS, (n, 1))
+    omega, inertia = np.zeros((n, 3)), np.zeros(n)
+    flight = np.zeros(n)  # time since the last wall
+    hit = np.zeros(n, dtype=int)
+    flying = np.arange(n)  # numbers of the grains in flight
+    while flying.size:
+        v[flying] += (1.0 - np.exp(-DRAG * DT)) * (GAS - v[flying])
+        flight[flying] += DT
+        normal = walls_ahead(x[flying], v[flying])
+        at_wall = normal.any(axis=1)
+        x[flying[~at_wall]] += DT * v[flying[~at_wall], :2]
+
+        met, normal = flying[at_wall], normal[at_wall]
+        rests = sampler.deposits(v[met], normal, resting_speeds(v[met], normal))
+        flying = flying[~np.isin(flying, met[rests])]
+        met, normal = met[~rests], normal[~rests]
+        omega[met] = slow_down(omega[met], inertia[met], flight[met])
+        v[met], omega[met], inertia[met] = table.rebound(
+            v[met],
+            normal,
+            HALF_SIZE,
+            omega=omega[met],
+            inertia=inertia[met],
+            seed=7,
+            index=met,
+            hit=hit[met],
+        )
+        hit[met] += 1
+        flight[met] = 0.0
+        flying = flying[(x[flying, 0] >= 0.0) & (x[flying, 0] < 0.5)]
+    omega = slow_down(omega, inertia, flight)
+    passed, back = (x[:, 0] >= 0.5).sum(), (x[:, 0] < 0.0).sum()
+    return passed, back, hit.sum(), (v**2).sum(), omega[:, 2].sum()
 
 
 if __name__ == "__main__":

@@ -23,22 +23,33 @@ SIZES = 30e-6, 100e-6
 
 
 @numba.njit(cache=True)
-def rebound_each(table, v, n, half, omega, seed, index, hit):
-    """Draw rebounds of grains one by one; return velocities and spins."""
-    after = np.empty((len(v), 6))
+def rebound_each(table, v, n, half, omega, inertia, seed, index, hit):
+    """Draw rebounds of grains one by one; return velocities, spins and inertias about them."""
+    after = np.empty((len(v), 7))
     for k in range(len(v)):
-        met, normal = (v[k, 0], v[k, 1], v[k, 2]), (n[k, 0], n[k, 1], n[k, 2])
-        spin, i, h = (omega[k, 0], omega[k, 1], omega[k, 2]), index[k], hit[k]
-        rebound(table, met, normal, half[k], omega=spin, index=i, hit=h, seed=seed, out=after[k])
-    return after[:, :3], after[:, 3:]
+        rebound(
+            table,
+            (v[k, 0], v[k, 1], v[k, 2]),
+            (n[k, 0], n[k, 1], n[k, 2]),
+            half[k],
+            omega=(omega[k, 0], omega[k, 1], omega[k, 2]),
+            inertia=inertia[k],
+            index=index[k],
+            hit=hit[k],
+            seed=seed,
+            out=after[k],
+        )
+    return after[:, :3], after[:, 3:6], after[:, 6]
 
 
 def numba_law(table):
     """Make a law of draws from a table, one grain at a time."""
 
-    def law(velocity, normal, diameter, omega, turned, time, **keys):
-        half = grains_of(table, diameter, **keys)[1]
-        return *rebound_each(table.handle, velocity, normal, half, omega, **keys), turned
+    def law(velocity, normal, diameter, omega, moment, **keys):
+        _, half = grains_of(table, diameter, **keys)
+        spin = omega, moment / half**2
+        velocity, omega, inertia = rebound_each(table.handle, velocity, normal, half, *spin, **keys)
+        return velocity, omega, inertia * half**2
 
     return law
 

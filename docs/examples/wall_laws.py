@@ -51,15 +51,15 @@ def grains_of(model, diameter, seed, index, **_):
 def direct_law(model):
     """Make a law of the wall by direct simulation.
 
-    A law is a function of arrays of hits that returns velocities, spins and orientations. ``time``
-    [s] has passed since each grain left a wall with the orientation ``turned``; keys are seed,
-    index and hit.
+    A law is a function of arrays of hits. It takes and returns velocities, spins, and the moment of
+    inertia about each spin over the mass, m^2, which is k a^2; keys are seed, index and hit.
     """
 
-    def law(velocity, normal, diameter, omega, turned, time, **keys):
-        grain, half = grains_of(model, diameter, **keys)
-        turned, omega = model.tumble(turned, omega, grain, half, time)
-        return model.rebound(velocity, normal, half, omega=omega, orientation=turned, **keys)
+    def law(velocity, normal, diameter, omega, moment, **keys):
+        _, half = grains_of(model, diameter, **keys)
+        spin = {"omega": omega, "inertia": moment / half**2}
+        velocity, omega, inertia = model.rebound(velocity, normal, half, **spin, **keys)
+        return velocity, omega, inertia * half**2
 
     return law
 
@@ -67,10 +67,11 @@ def direct_law(model):
 def table_law(table, spins=True):
     """Make a law of draws from a table; without ``spins`` every grain arrives at rest."""
 
-    def law(velocity, normal, diameter, omega, turned, time, **keys):
+    def law(velocity, normal, diameter, omega, moment, **keys):
         _, half = grains_of(table, diameter, **keys)
-        given = {"omega": omega if spins else None, **keys}
-        return *table.rebound(velocity, normal, half, **given), turned
+        spin = {"omega": omega, "inertia": moment / half**2} if spins else {}
+        velocity, omega, inertia = table.rebound(velocity, normal, half, **spin, **keys)
+        return velocity, omega, inertia * half**2
 
     return law
 
@@ -78,11 +79,11 @@ def table_law(table, spins=True):
 def mean_law(e_n, e_t):
     """Make a law of means, polynomials in the angle; spins stay as they are."""
 
-    def law(velocity, normal, diameter, omega, turned, time, **keys):
+    def law(velocity, normal, diameter, omega, moment, **keys):
         into = -(velocity * normal).sum(axis=1)[:, None]
         angle = np.arcsin(np.minimum(into / np.linalg.norm(velocity, axis=1)[:, None], 1.0))
         n, t = (np.clip(np.polynomial.Polynomial(c)(angle), 0.0, 1.0) for c in (e_n, e_t))
-        return t * (velocity + into * normal) + n * into * normal, omega, turned
+        return t * (velocity + into * normal) + n * into * normal, omega, moment
 
     return law
 

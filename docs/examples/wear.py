@@ -41,11 +41,12 @@ def finnie(speed, angle):
 def with_works(table, works):
     """Make a law for `bend.follow`; it adds works on the outer wall, (n, 2) J/kg, to a list."""
 
-    def law(velocity, normal, diameter, omega, turned, time, **keys):
-        taken, half_size = np.empty((len(velocity), 2)), table.mean_half_size(diameter)
-        after = table.rebound(velocity, normal, half_size, omega=omega, works=taken, **keys)
+    def law(velocity, normal, diameter, omega, moment, **keys):
+        taken, half = np.empty((len(velocity), 2)), table.mean_half_size(diameter)
+        spin = {"omega": omega, "inertia": moment / half**2}
+        after = table.rebound(velocity, normal, half, works=taken, **spin, **keys)
         works.append(taken[normal.sum(axis=1) < 0.0])
-        return *after, turned
+        return after.velocity, after.omega, after.inertia * half**2
 
     return law
 

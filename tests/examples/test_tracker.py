@@ -1,35 +1,25 @@
-"""The tracker of two plates: the table beside direct simulation that tumbles."""
+"""The tracker of two plates: the table beside direct simulation."""
 
 import numpy as np
 import pytest
 import tracker
 
-import sampler
 from tablegen import DirectModel
 
 
 class Walls:
-    """A table, or direct simulation that keeps orientations; counts hits and energy by number."""
+    """A table or direct simulation that counts hits, and energies at them, by their number."""
 
     def __init__(self, model, n, spinning=True):
-        self.model, self.spinning, self.rng = model, spinning, np.random.default_rng(3)
-        self.turned = self.rng.normal(size=(n, 4))
-        self.turned /= np.linalg.norm(self.turned, axis=1, keepdims=True)
+        self.model, self.spinning = model, spinning
         self.met, self.squares = np.zeros((2, 7, n))
 
-    def rebound(self, velocity, normal, half_size, omega, seed, index, hit):
+    def rebound(self, velocity, normal, half_size, *, omega, inertia, index, hit, seed):
         counted = np.minimum(hit, 6), index
         self.met[counted], self.squares[counted] = 1.0, (velocity**2).sum(axis=1)
-        keys = {"omega": omega * self.spinning, "seed": seed, "index": index, "hit": hit}
-        if isinstance(self.model, sampler.Table):
-            return self.model.rebound(velocity, normal, half_size, **keys)
-        grain = self.model.grains(seed, index)
-        # long enough to forget the phase, and far shorter than a flight
-        time = self.rng.uniform(10, 30, len(index)) / np.maximum(np.linalg.norm(omega, axis=1), 1e3)
-        turned, _ = self.model.tumble(self.turned[index], omega, grain, half_size, time)
-        after = self.model.rebound(velocity, normal, half_size, orientation=turned, **keys)
-        self.turned[index] = after.orientation
-        return after[:2]
+        spin = {"omega": omega * self.spinning, "inertia": inertia}
+        keys = {"index": index, "hit": hit, "seed": seed}
+        return self.model.rebound(velocity, normal, half_size, **spin, **keys)
 
 
 @pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")

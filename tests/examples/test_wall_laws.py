@@ -54,7 +54,7 @@ def test_means_are_those_of_the_polynomials():
     """At 30 degrees, from the wall y = 0; values of Grant & Tabakoff."""
     velocity, normal = 100.0 * np.array([[0.75**0.5, -0.5, 0.0]]), np.array([[0.0, 1.0, 0.0]])
     law = wall_laws.mean_law(*wall_laws.MEANS["Grant & Tabakoff"])
-    after, *_ = law(velocity, normal, 1e-5, None, None, 0.0)
+    after, *_ = law(velocity, normal, 1e-5, None, None)
     np.testing.assert_allclose(after[0], [52.0, 21.4, 0.0], atol=0.2)
 
 
@@ -88,7 +88,7 @@ def test_command_prints_and_draws(tmp_path, capsys):
 def test_cost_of_walls_is_that_of_equal_draws(table, tmp_path, capsys):
     rng, n = np.random.default_rng(1), 100
     velocity, omega = rng.normal(size=(n, 3)) * 50.0, rng.normal(size=(n, 3)) * 1e5
-    hits = velocity, -velocity, np.full(n, 5e-5), omega, rng.normal(size=(n, 4)), 0.0
+    hits = velocity, -velocity, np.full(n, 5e-5), omega, rng.uniform(0.1, 0.3, n) * 3e-5**2
     keys = {"seed": 1, "index": np.arange(n), "hit": np.arange(n)}
     laws = wall_laws.table_law(table), wall_cost.numba_law(table)
     for batch, single in zip(*(law(*hits, **keys) for law in laws), strict=True):

@@ -32,7 +32,7 @@ def main(work, count=COUNT):
     """Run the kinematic and the colliding cloud on one and on two processors."""
     started = shots.make_shots(count)
     direct = direct_states(REFERENCE)
-    drawn, _ = shots.first_rebound(sampler.load("corundum-steel"), started)
+    drawn, *_ = shots.first_rebound(sampler.load("corundum-steel"), started)
     good = True
     for cloud, processors in itertools.product(("kinematic", "colliding"), (1, 2)):
         print(f"{cloud} cloud on {processors} processor{'s' * (processors > 1)}:")

@@ -10,8 +10,9 @@ from free_flight import fly
 
 IS_NORMAL = np.array([alpha == np.pi / 2 for alpha, _ in CONDITIONS])
 DENSITY = 3950.0
-#: Angular momentum over angular velocity of a parcel: OpenFOAM's sphere.
-INERTIA = 0.1 * DENSITY * np.pi / 6 * DIAMETER**5
+MASS = DENSITY * np.pi / 6 * DIAMETER**3
+#: Angular momentum over angular velocity of a colliding parcel: OpenFOAM's sphere.
+SPHERE = 0.1 * MASS * DIAMETER**2
 #: Velocities [m/s] of floor and lid, their normals into the gas, and their heights [m].
 WALL_VELOCITY = np.array([[0.0, 0.0, 0.0], [30.0, 0.0, 10.0]])
 NORMAL = np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
@@ -66,8 +67,8 @@ def make_shots(count, plane=False, seed=1):
 def run_shots(work, folder, shots, cloud="colliding", processors=1, edits=(), end="0.001"):
     """Run the wall case; return the parcels' fields at its end, and the solver's log.
 
-    `edits`: changes to the case, (file, old text, new text). Fields: U (m/s), dTarget (number of
-    hits) and omega (rad/s), as of `read_cloud`.
+    `edits`: changes to the case, (file, old text, new text). Fields: U (m/s), hits, omega (rad/s)
+    and inertia (over m a^2), as of `read_cloud`.
     """
     case = foam_run.copy_case("wall", folder, work)
     for change in edits:
@@ -86,7 +87,8 @@ def read_fields(case, time, cloud="colliding"):
     """Fields of the parcels of a case, as `run_shots` returns them."""
     kept_in = "UTurb" if cloud == "kinematic" else "angularMomentum"
     fields = foam_files.read_cloud(case, time, ["U", "dTarget", kept_in])
-    fields["omega"] = fields.pop(kept_in) / (1.0 if cloud == "kinematic" else INERTIA)
+    fields["omega"] = fields.pop(kept_in) / (1.0 if cloud == "kinematic" else SPHERE)
+    fields["inertia"], fields["hits"] = np.modf(fields.pop("dTarget"))
     return fields
 
 
@@ -96,7 +98,7 @@ def rebound(table, velocity, normal, **given):
 
 
 def first_rebound(table, shots):
-    """Draw in Python for the first wall of each parcel: velocities and angular velocities."""
+    """Draw in Python for the first wall of each parcel: velocity, omega and inertia after it."""
     return rebound(
         table,
         shots.velocity,
@@ -120,11 +122,11 @@ def replay(table, started, end, spin=True, roughness=None, isotropic=False, **fl
     Without `spin` they come to each wall without the one that they have.
     """
 
-    def at_wall(rows, normal, velocity, omega, hits):
+    def at_wall(rows, normal, velocity, omega, inertia, hits):
         wall = WALL_VELOCITY[(normal[:, 1] < 0.0).astype(int)]
-        given = {"wall_velocity": wall, "omega": omega if spin else None, "index": rows}
-        given |= {"roughness": roughness, "isotropic": isotropic, "hit": hits}
-        return rebound(table, velocity, normal, **given)
+        given = {"omega": omega, "inertia": inertia} if spin else {}
+        given |= {"wall_velocity": wall, "roughness": roughness, "isotropic": isotropic}
+        return rebound(table, velocity, normal, index=rows, hit=hits, **given)
 
     start, box = (started.position, started.velocity), (LOWER, UPPER)
     return fly(start, end, box, at_wall, **flight)

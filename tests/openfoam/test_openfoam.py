@@ -53,11 +53,12 @@ def with_models(*coefficients):
     return CLOUD, named, f"patchInteractionModel multiInteraction; {models}"
 
 
-def share_off(fields, velocity, omega):
+def share_off(fields, velocity, omega, inertia):
     """Share of parcels that end otherwise than expected."""
     off = np.abs(fields["U"] - velocity).max(axis=1) > 1e-6
     # spins of ten million rad/s, of which twelve digits are written
-    return np.mean(off | (np.abs(fields["omega"] - omega).max(axis=1) > 1.0))
+    off |= np.abs(fields["omega"] - omega).max(axis=1) > 1.0
+    return np.mean(off | (np.abs(fields["inertia"] - inertia) > 1e-9))
 
 
 def last_counts(log):
@@ -89,15 +90,15 @@ def test_a_wrong_law_is_rejected(work, tmp_path):
 @one_and_two
 def test_every_wall_counts_and_the_spin_is_kept(work, table, started, cloud, processors, tmp_path):
     before = table.counts
-    velocity, omega, hits = shots.replay(table, started, END)
+    *after, hits = shots.replay(table, started, END)
     flagged = [number - before[kind] for kind, number in table.counts.items()]
     case = {"edits": [LONG], "end": f"{END}"}
     fields, log = shots.run_shots(work, tmp_path / "case", started, cloud, processors, **case)
     assert hits.max() > 5
-    assert np.mean(fields["dTarget"] != hits) <= FEW
-    assert share_off(fields, velocity, omega) <= FEW
+    assert np.mean(fields["hits"] != hits) <= FEW
+    assert share_off(fields, *after) <= FEW
     counts = last_counts(log)
-    assert counts[:2] == [fields["dTarget"].sum(), 0]
+    assert counts[:2] == [fields["hits"].sum(), 0]
     np.testing.assert_allclose(counts[2:], flagged, rtol=FEW, atol=1)
 
 
@@ -114,8 +115,8 @@ def test_a_restart_changes_nothing(work, started, cloud, tmp_path):
     through, whole = shots.run_shots(
         work, tmp_path / "whole", started, cloud, edits=[LONG], end="0.02"
     )
-    assert np.mean(restarted["dTarget"] != through["dTarget"]) <= FEW
-    assert share_off(restarted, through["U"], through["omega"]) <= FEW
+    assert np.mean(restarted["hits"] != through["hits"]) <= FEW
+    assert share_off(restarted, *(through[name] for name in ("U", "omega", "inertia"))) <= FEW
     assert last_counts(log) == last_counts(whole)
 
 
@@ -123,8 +124,8 @@ def test_walls_of_a_moving_mesh_rebound_as_those_at_rest(work, table, started, t
     """The same shots in a box that moves as a whole."""
     moving = replace(started, velocity=started.velocity + shots.BOX_VELOCITY)
     fields, _ = shots.run_shots(work, tmp_path / "case", moving, "colliding-moving")
-    expected, _ = shots.first_rebound(table, started)
-    np.testing.assert_array_equal(fields["dTarget"], 1.0)
+    expected, *_ = shots.first_rebound(table, started)
+    np.testing.assert_array_equal(fields["hits"], 1.0)
     off = np.abs(fields["U"] - shots.BOX_VELOCITY - expected).max(axis=1)
     assert np.mean(off > 1e-5) <= FEW
 
@@ -154,9 +155,9 @@ def test_deposits_stay_and_faces_have_statistics(work, table, started, cloud, tm
     alpha, speed = np.array(first_hits.CONDITIONS)[started.condition].T
     stays = speed * np.sin(alpha) < 50.0
     assert last_counts(log)[:2] == [stays.size, stays.sum()]
-    np.testing.assert_array_equal(fields["dTarget"], 1.0)
+    np.testing.assert_array_equal(fields["hits"], 1.0)
     np.testing.assert_array_equal((fields["U"] == 0.0).all(axis=1), stays)
-    drawn, _ = shots.first_rebound(table, started)
+    drawn, *_ = shots.first_rebound(table, started)
     relative = np.where(stays[:, None], 0.0, drawn - shots.WALL_VELOCITY[started.wall])
     mass = shots.DENSITY * np.pi / 6.0 * first_hits.DIAMETER**3
     before, after = mass / 2.0 * speed**2, mass / 2.0 * (relative**2).sum(axis=1)
@@ -215,20 +216,21 @@ def test_a_plane_case_drops_the_velocity_out_of_its_plane(work, table, tmp_path)
     sides, mesh = "frontAndBack\n    {\n        type ", "system/blockMeshDict"
     edits = [(mesh, "(16 8 16)", "(16 8 1)"), (mesh, f"{sides}wall", f"{sides}empty")]
     fields, _ = shots.run_shots(work, tmp_path / "case", started, edits=edits)
-    expected, omega = shots.first_rebound(table, started)
+    expected, omega, inertia = shots.first_rebound(table, started)
     assert np.abs(expected[:, 2]).max() > 10.0
     np.testing.assert_array_equal(fields["U"][:, 2], 0.0)
     np.testing.assert_allclose(fields["U"][:, :2], expected[:, :2], rtol=0, atol=1e-6)
     np.testing.assert_allclose(fields["omega"], omega, rtol=1e-6)
+    np.testing.assert_allclose(fields["inertia"], inertia, rtol=1e-6)
 
 
 def test_other_walls_are_left_to_other_models(work, table, started, tmp_path):
     edits = [with_models("patches (floor);")]
     fields, _ = shots.run_shots(work, tmp_path / "case", started, edits=edits)
     floor = started.wall == 0
-    expected, _ = shots.first_rebound(table, started)
+    expected, *_ = shots.first_rebound(table, started)
     np.testing.assert_allclose(fields["U"][floor], expected[floor], atol=1e-6)
-    np.testing.assert_array_equal(fields["dTarget"], floor)
+    np.testing.assert_array_equal(fields["hits"], floor)
     mirrored = started.velocity[~floor] * (1.0, -1.0, 1.0)
     np.testing.assert_allclose(fields["U"][~floor], mirrored, atol=1e-6)
 
@@ -261,11 +263,10 @@ def test_flights_are_those_of_python(work, table, started, cloud, edits, flight,
     fields, _ = shots.run_shots(work, tmp_path / "case", started, cloud, **case)
     flight = dict(flight)
     if factor := flight.pop("gas_torque", None):
-        gas = shots.INERTIA / factor, first_hits.DIAMETER, GAS_DENSITY[cloud], 1.8e-5
-        flight["slow"] = lambda omega, time: sampler.spin_after(omega, time, *gas)
-    velocity, omega, _ = shots.replay(table, started, END, **flight)
-    assert share_off(fields, velocity, omega) <= FEW
-    other, _, _ = shots.replay(table, started, END)
+        flight["slow"] = first_hits.torque_on(shots.MASS, GAS_DENSITY[cloud], 1.8e-5, factor)
+    *after, _ = shots.replay(table, started, END, **flight)
+    assert share_off(fields, *after) <= FEW
+    velocity, other = after[0], shots.replay(table, started, END)[0]
     assert np.mean(np.abs(other - velocity).max(axis=1) > 1e-3) > 0.1
 
 
@@ -296,17 +297,19 @@ def test_a_periodic_patch_turns_the_spin(work, table, started, processors, tmp_p
         cloud: shots.run_shots(work, tmp_path / cloud, started, cloud, **given)[0]
         for cloud in ("kinematic", "colliding")
     }
-    without, _, _ = shots.replay(table, started, END)
+    without, *_ = shots.replay(table, started, END)
     assert np.mean(np.abs(without - ends["colliding"]["U"]).max(axis=1) > 1e-3) > 0.05
-    assert share_off(ends["kinematic"], ends["colliding"]["U"], ends["colliding"]["omega"]) <= FEW
+    colliding = [ends["colliding"][name] for name in ("U", "omega", "inertia")]
+    assert share_off(ends["kinematic"], *colliding) <= FEW
 
 
 @both_clouds
 def test_spin_no_gives_the_table_none(work, table, started, cloud, tmp_path):
     case = {"edits": [LONG, with_entries("spin no;")], "end": f"{END}"}
     fields, _ = shots.run_shots(work, tmp_path / "case", started, cloud, **case)
-    velocity, omega, _ = shots.replay(table, started, END, spin=False)
-    assert share_off(fields, velocity, 0.0 * omega if cloud == "kinematic" else omega) <= FEW
+    velocity, omega, inertia, _ = shots.replay(table, started, END, spin=False)
+    kept = 0.0 if cloud == "kinematic" else 1.0
+    assert share_off(fields, velocity, kept * omega, 0.0 * inertia) <= FEW
 
 
 @pytest.fixture(scope="module")

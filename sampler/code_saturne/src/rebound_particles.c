@@ -1,4 +1,4 @@
-/* rebound_particles.c - user attributes of particles: identity, hits, spin.
+/* rebound_particles.c - user attributes of particles: identity, hits, spin, inertia.
 
    Part of rebound-tables; MIT licence. */
 

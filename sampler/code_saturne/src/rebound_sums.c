@@ -43,6 +43,11 @@ void rebound_sums_make(int works)
         sums[i] = make_field(names[i]);
 }
 
+int rebound_sums_have_works(void)
+{
+    return sums[WORK_NORMAL] != NULL;
+}
+
 void rebound_histograms_make(double most)
 {
     most_speed = most;

@@ -99,16 +99,37 @@ static double *kept_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id)
            rebound_wall_attribute();
 }
 
-/* Let the gas act on the spin for a time [s], which may be negative. */
-static void fly(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double time, double omega[3])
+static uint64_t identity_of(const double *kept)
+{
+    return ((uint64_t)kept[REBOUND_STEP] << 32) | (uint64_t)kept[REBOUND_NUMBER];
+}
+
+/* Moment of inertia about a spin [kg m2]. Where the inertia is not known, it is the mean moment of the
+   particle's grain; of a mesh, that of the sphere of equal volume. */
+static double moment_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double inertia)
 {
     const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
-    const double inertia = 0.1 * cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS) * d * d;
+    const double mass = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS);
+    const double a = settings.half_size * d;
+    if (inertia <= 0.0) {
+        const uint64_t index = identity_of(kept_of(particles, p_id));
+        double grain[3];
+        if (rbt_grains(table, 1, settings.seed, &index, NULL, grain) == RBT_OK)
+            inertia = rbt_inertia(grain);
+    }
+    return inertia > 0.0 ? inertia * mass * a * a : 0.1 * mass * d * d;
+}
+
+/* Let the gas act on a spin for a time [s], which may be negative. */
+static void fly(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double time, double inertia,
+                double omega[3])
+{
+    const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
     const cs_lnum_t cell = cs_lagr_particles_get_lnum(particles, p_id, CS_LAGR_CELL_ID);
     const cs_lagr_extra_module_t *gas = cs_glob_lagr_extra_module;
-    if (settings.gas_torque > 0.0)
-        rbt_spin_after(omega, time, inertia / settings.gas_torque, d, gas->cromf->val[cell],
-                       gas->viscl->val[cell], NULL, omega);
+    if (cs_math_3_norm(omega) > 0.0 && settings.gas_torque > 0.0)
+        rbt_spin_after(omega, time, moment_of(particles, p_id, inertia) / settings.gas_torque, d,
+                       gas->cromf->val[cell], gas->viscl->val[cell], NULL, omega);
 }
 
 void rebound_wall_flight(void)
@@ -116,8 +137,10 @@ void rebound_wall_flight(void)
     cs_lagr_particle_set_t *particles = cs_glob_lagr_particle_set;
     if (settings.gas_torque <= 0.0)
         return;
-    for (cs_lnum_t p = 0; p < particles->n_particles; p++)
-        fly(particles, p, cs_glob_lagr_time_step->dtp, kept_of(particles, p) + REBOUND_OMEGA);
+    for (cs_lnum_t p = 0; p < particles->n_particles; p++) {
+        double *kept = kept_of(particles, p);
+        fly(particles, p, cs_glob_lagr_time_step->dtp, kept[REBOUND_INERTIA], kept + REBOUND_OMEGA);
+    }
 }
 
 /* Start of the path to CS_LAGR_COORDS that the tracker follows: first in a particle's data, in a
@@ -165,6 +188,7 @@ static int deposit(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const doub
     particles->weight_dep += cs_lagr_particles_get_real(particles, p_id, CS_LAGR_STAT_WEIGHT);
     for (int k = 0; k < 3; k++)
         velocity[k] = kept[REBOUND_OMEGA + k] = 0.0;
+    kept[REBOUND_INERTIA] = 0.0;
     kept[REBOUND_HITS] += 1.0;
     counts[HITS]++;
     counts[DEPOSITED]++;
@@ -194,31 +218,37 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     const double diameter = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
     const double roughness = rebound_settings_roughness(&settings, diameter);
     const double a = settings.half_size * diameter;
-    const uint64_t index = ((uint64_t)kept[REBOUND_STEP] << 32) | (uint64_t)kept[REBOUND_NUMBER];
+    const uint64_t index = identity_of(kept);
     const uint32_t hit = (uint32_t)kept[REBOUND_HITS];
-    double before[3] = {omega[0], omega[1], omega[2]}, new_velocity[3], new_omega[3];
+    const double inertia = kept[REBOUND_INERTIA];
+    double before[3] = {omega[0], omega[1], omega[2]}, new_velocity[3], new_omega[3], new_inertia;
     if (!(kept[REBOUND_STEP] >= 1.0))
         bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, "
                   "allowed: a call of rebound_wall_new in cs_user_lagr_in");
-    fly(particles, p_id, -rest, before); /* the whole time step is behind it, but for the rest */
+    fly(particles, p_id, -rest, inertia, before); /* the whole time step is behind it, but for the rest */
     const rbt_impacts impact = {.velocity = velocity,
                                 .normal = normal,
                                 .half_size = &a,
                                 .omega = settings.spin ? before : NULL,
+                                .inertia = settings.spin ? &inertia : NULL,
                                 .roughness = &roughness,
                                 .index = &index,
                                 .hit = &hit,
                                 .fresh = !rbt_has_spin_law(table),
                                 .isotropic = settings.isotropic};
-    rbt_rebounds after = {.velocity = new_velocity, .omega = new_omega, .works = works};
+    rbt_rebounds after = {.velocity = new_velocity,
+                          .omega = new_omega,
+                          .inertia = &new_inertia,
+                          .works = rebound_sums_have_works() ? works : NULL};
     const int code = rbt_rebound(table, 1, &impact, settings.seed, &after);
     if (code == RBT_ERR_NOT_APPROACHING || code == RBT_ERR_SPEED_NOT_POSITIVE)
         return 0;
     if (code < RBT_OK || (settings.refuse_outside && (code & (RBT_ANGLE | RBT_SPEED | RBT_SPIN))))
         refuse(&impact, code);
-    fly(particles, p_id, rest, new_omega);
+    fly(particles, p_id, rest, new_inertia, new_omega);
     memcpy(velocity, new_velocity, sizeof new_velocity);
     memcpy(omega, new_omega, sizeof new_omega);
+    kept[REBOUND_INERTIA] = new_inertia;
     kept[REBOUND_HITS] += 1.0;
     counts[HITS]++;
     for (int kind = 0; kind < 4; kind++)

@@ -19,9 +19,10 @@
 enum {
     REBOUND_STEP,
     REBOUND_NUMBER,
-    REBOUND_HITS,  /* walls met so far */
-    REBOUND_OMEGA, /* angular velocity [rad/s], three numbers */
-    REBOUND_ATTRIBUTES = REBOUND_OMEGA + 3
+    REBOUND_HITS,    /* walls met so far */
+    REBOUND_OMEGA,   /* mean angular velocity [rad/s], three numbers */
+    REBOUND_INERTIA = REBOUND_OMEGA + 3, /* about it, over m a^2; 0: not known */
+    REBOUND_ATTRIBUTES
 };
 
 /* In cs_user_lagr_model, after it has set n_user_variables for itself: read the settings, open the
@@ -84,10 +85,12 @@ double rebound_settings_roughness(const rebound_settings_t *settings, double dia
 /* Whether a table has a variable, RBT_U to RBT_WORK_SHEAR; rebounds have 0 for others. */
 int rebound_table_gives(const struct rbt_table *table, int variable);
 
-/* Make the fields of sums by face, of works too or not, and of histograms; add a hit of a particle,
-   with its velocities before and after, and the works of its impulses [J/kg]. */
+/* Make the fields of sums by face, of works too or not, and of histograms; whether there are sums of
+   works; add a hit of a particle, with its velocities before and after, and the works of its impulses
+   [J/kg]. */
 void rebound_sums_make(int works);
 void rebound_histograms_make(double most);
+int rebound_sums_have_works(void);
 void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
                       const double normal[3], const double before[3], const double after[3],
                       int stays, const double works[2]);

@@ -8,7 +8,7 @@ template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkComponents()
 {
     const bool plane = this->mesh().nGeometricD() < 3;
-    const auto has = [&](const int variable) { return rebound::gives(*table_, variable); };
+    const auto has = [&](const int variable) { return rebound::gives(*grains_.table, variable); };
 
     rebound::need(has(RBT_U) && has(RBT_V) && (plane || has(RBT_W)), this->coefficients(),
         "tableFile", "a table without all velocity components",
@@ -22,10 +22,12 @@ template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkHalfSize()
 {
     // Only a spin depends on it, which a table without a spin law does not keep
-    const scalar mean = hasSpinLaw_ ? rbt_mean_half_size(table_.get(), 1) : 0.5;
-    halfSizeRule_ = this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", mean);
+    const scalar mean = hasSpinLaw_ ? rbt_mean_half_size(grains_.table.get(), 1) : 0.5;
+    const scalar given =
+        this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", mean);
 
-    rebound::need(halfSizeRule_ > 0, this->coefficients(), "halfSizeRule", halfSizeRule_,
+    grains_.halfSizeRule = given;
+    rebound::need(given > 0, this->coefficients(), "halfSizeRule", given,
         mean > 0 ? "a positive number" : "a positive number, which a table with meshes needs");
 }
 
@@ -113,15 +115,21 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
     {
         if (isA<SpinInFlight<CloudType>>(other))
         {
-            const scalar first = refCast<const SpinInFlight<CloudType>>(other).gasTorque();
+            const auto& first = refCast<const SpinInFlight<CloudType>>(other);
 
-            rebound::need(first == gasTorque, this->coefficients(), "gasTorque", gasTorque,
-                Foam::name(first) + ", as for other walls of this cloud");
+            rebound::need(first.gasTorque() == gasTorque, this->coefficients(), "gasTorque",
+                gasTorque, Foam::name(first.gasTorque()) + ", as for other walls of this cloud");
+            rebound::need(first.halfSizeRule() == grains_.halfSizeRule, this->coefficients(),
+                "halfSizeRule", grains_.halfSizeRule,
+                Foam::name(first.halfSizeRule()) + ", as for other walls of this cloud");
             return;
         }
     }
 
-    this->owner().functions().append(new SpinInFlight<CloudType>(this->owner(), gasTorque));
+    this->owner().functions().append
+    (
+        new SpinInFlight<CloudType>(this->owner(), grains_, gasTorque)
+    );
 }
 
 
@@ -132,12 +140,12 @@ void Foam::TabulatedRebound<CloudType>::makeStatistics()
 
     if (coeffs.template lookupOrDefault<Switch>("faceSums", false))
     {
-        statistics_.makeSums(rebound::gives(*table_, RBT_WORK_NORMAL));
+        statistics_.makeSums(rebound::gives(*grains_.table, RBT_WORK_NORMAL));
     }
 
     if (!coeffs.template lookupOrDefault<Switch>("faceHistograms", false)) return;
 
-    const scalar highest = rebound::highestSpeed(*table_);
+    const scalar highest = rebound::highestSpeed(*grains_.table);
     const scalar most = coeffs.template lookupOrDefault<scalar>("histogramSpeed", highest);
 
     rebound::need(most > 0, coeffs, "histogramSpeed", most,
@@ -160,20 +168,11 @@ bool Foam::TabulatedRebound<CloudType>::deposit
     if (!rbt_deposits(&p.U()[0], &n[0], critical, &Uwall[0])) return false;
 
     ++counts_[DEPOSITED];
-    countHit(p);
+    rebound::countWall(p, 0);
     rebound::stop(p, 0);
     p.U() = Zero;
     spinOf::set(p, Zero);
     return true;
-}
-
-
-template<class CloudType>
-uint32_t Foam::TabulatedRebound<CloudType>::countHit(parcelType& p)
-{
-    const uint32_t hit = uint32_t(p.dTarget() + 0.5);
-    p.dTarget() = scalar(hit) + 1;
-    return hit;
 }
 
 
@@ -189,11 +188,13 @@ void Foam::TabulatedRebound<CloudType>::draw
 {
     const vector Urelative(p.U() - Uwall);
     const vector before(keepsSpin_ ? spinOf::get(p) : vector(Zero));
-    const scalar a = halfSizeRule_*p.d();
+    const scalar inertiaBefore = rebound::inertia(p);
+    const scalar a = grains_.halfSize(p);
     const scalar roughness = roughness_.tilt(p.d());
-    const uint64_t index = (uint64_t(uint32_t(p.origProc())) << 32) | uint32_t(p.origId());
-    const uint32_t hit = countHit(p);
+    const uint64_t index = rebound::identity(p);
+    const uint32_t hit = rebound::wallsMet(p);
     vector omega(Zero);
+    scalar inertia = 0;
 
     rbt_impacts impact = {};
     impact.velocity = &p.U()[0];
@@ -201,6 +202,7 @@ void Foam::TabulatedRebound<CloudType>::draw
     impact.half_size = &a;
     impact.wall_velocity = &Uwall[0];
     impact.omega = keepsSpin_ ? &before[0] : nullptr;
+    impact.inertia = keepsSpin_ ? &inertiaBefore : nullptr;
     impact.roughness = &roughness;
     impact.index = &index;
     impact.hit = &hit;
@@ -210,9 +212,10 @@ void Foam::TabulatedRebound<CloudType>::draw
     rbt_rebounds after = {};
     after.velocity = &p.U()[0];
     after.omega = &omega[0];
-    after.works = works;
+    after.inertia = &inertia;
+    after.works = statistics_.hasWorks() ? works : nullptr;
 
-    const int code = rbt_rebound(table_.get(), 1, &impact, seed_, &after);
+    const int code = rbt_rebound(grains_.table.get(), 1, &impact, grains_.seed, &after);
 
     if (code < 0 || (refuseOutside_ && (code & (RBT_ANGLE | RBT_SPEED | RBT_SPIN))))
     {
@@ -220,7 +223,7 @@ void Foam::TabulatedRebound<CloudType>::draw
             << "parcel (origProc, origId) = (" << p.origProc() << ", " << p.origId() << "), wall "
             << pp.name() << ": got velocity " << Urelative << " m/s relative to the wall, half-size "
             << a << " m and spin " << before << " rad/s, allowed: "
-            << rebound::covered(*table_).c_str() << " ("
+            << rebound::covered(*grains_.table).c_str() << " ("
             << rbt_strerror(code) << ")" << exit(FatalError);
     }
 
@@ -228,6 +231,8 @@ void Foam::TabulatedRebound<CloudType>::draw
     {
         counts_[ANGLE + kind] += after.flagged[kind];
     }
+
+    rebound::countWall(p, keepsSpin_ ? inertia : 0);
 
     if (keepsSpin_ || (givesSpin_ && spinOf::ofMomentum))
     {
@@ -287,9 +292,9 @@ template<class CloudType>
 Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, CloudType& cloud)
 :
     rebound::wallModel<CloudType>(dict, cloud, typeName),
+    grains_{nullptr, 0, 0},
     patches_(rebound::allPatches()),
     refuseOutside_(false),
-    halfSizeRule_(0),
     roughness_(this->coefficients()),
     depositSpeed_(0),
     depositDiameter_(0),
@@ -309,7 +314,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     rebound::need(outside == "clamp" || outside == "error", coeffs, "outOfRange", outside,
         "clamp, error");
 
-    seed_ = seed;
+    grains_.seed = seed;
     refuseOutside_ = (outside == "error");
 
     fileName path(rebound::required<fileName>(coeffs, "tableFile"));
@@ -321,8 +326,8 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
         path = this->mesh().time().globalPath()/path;
     }
 
-    table_ = rebound::openTable(path, coeffs);
-    hasSpinLaw_ = rbt_has_spin_law(table_.get());
+    grains_.table = rebound::openTable(path, coeffs);
+    hasSpinLaw_ = rbt_has_spin_law(grains_.table.get());
 
     checkComponents();
     checkHalfSize();

@@ -168,14 +168,15 @@ void cs_user_lagr_sde(const cs_real_t dt[], cs_real_t taup[], cs_real_3_t tlag[]
     rebound_wall_flight();
 }
 
-/* What a particle keeps, place, velocity before, normal into the gas, velocity and spin after. */
+/* What a particle keeps, place, velocity before, normal into the gas; velocity, spin and inertia
+   after. */
 void cs_lagr_user_boundary_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
                                        cs_lnum_t face_id, const cs_real_t face_norm[3],
                                        const cs_real_t c_intersect[3], cs_real_t t_intersect,
                                        int b_zone_id, int *event_flag,
                                        cs_lagr_tracking_state_t *tracking_state)
 {
-    double values[REBOUND_ATTRIBUTES + 15];
+    double values[REBOUND_ATTRIBUTES + 16];
     double *next = values;
     const cs_real_t *velocity = cs_lagr_particles_attr(particles, p_id, CS_LAGR_VELOCITY);
     const cs_real_t *outwards = cs_glob_mesh_quantities->b_face_normal + 3 * face_id;
@@ -190,8 +191,9 @@ void cs_lagr_user_boundary_interaction(cs_lagr_particle_set_t *particles, cs_lnu
                              b_zone_id, event_flag, tracking_state);
     memcpy(next += 3, velocity, 3 * sizeof *next);
     memcpy(next += 3, kept + REBOUND_OMEGA, 3 * sizeof *next);
+    next[3] = kept[REBOUND_INERTIA];
     if (*event_flag != 0) /* a wall, no symmetry plane */
-        record("hits", values, REBOUND_ATTRIBUTES + 15);
+        record("hits", values, REBOUND_ATTRIBUTES + 16);
 }
 
 /* Centres of boundary faces, sums and histograms, 0 where there are none. */
