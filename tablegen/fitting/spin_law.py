@@ -238,9 +238,9 @@ def leaf_task(
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
     largest, smallest = inertia_coefficients(config.population, shape_code)
 
-    def rebounds(rows: NDArray[np.int64], number: int, count: int) -> Rebounds:
+    def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
         # each condition about equally often, in random order
-        order = rng.permutation(np.resize(rng.permutation(rows), count))
+        order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
         met, ratios, pose = (column[order].astype("f8") for column in place[:3])
         # pi/2 in single precision is above pi/2
         met[:, 0] = np.minimum(met[:, 0], math.pi / 2.0)
@@ -254,8 +254,8 @@ def leaf_task(
         spheres = sphere_states(config, met, ratios) if less_spheres(config) else None
         return Rebounds(met, ratios, left.states, energy, held, place.turned[order], spheres)
 
-    around = rebounds(np.arange(len(place.conditions)), 0, sizes.rebounds)
-    within = rebounds(np.flatnonzero(place.inside), 1, sizes.rebounds // 2)
+    around = rebounds(np.arange(len(place.conditions)), 0)
+    within = rebounds(np.flatnonzero(place.inside), 1)
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
         leaf = fit_leaf(around, within, speed_coordinate(config), sizes, rng)
