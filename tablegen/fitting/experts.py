@@ -50,7 +50,8 @@ _SETTLED = 1
 _PULL, _PULL_ROWS = 1e-3, 3.0
 _PRIOR_ROWS, _PRIOR_VARIANCE, _RIDGE = 0.5, 0.05, 1e-4
 
-#: Damping of a Newton step until one loses likelihood, its largest component, and the pull of logits to zero.
+#: Damping of a Newton step until one loses likelihood, its largest component, and the pull of
+#: logits to zero.
 _STEP, _LONGEST, _LOGIT_PULL = 0.7, 2.0, 1e-2
 
 #: Rows and iterations of the clusters with which a fit begins.
@@ -122,10 +123,11 @@ def fit_experts(
     fitted = _start(vectors, points, (groups, experts, scores.shape[1]), rng)
     part = vectors[: max(math.ceil(_FIRST_PART * len(phi)), min(len(phi), 1000))]
     likelihood, damping = -math.inf, _STEP
+    best: tuple[Experts, Sums] | None = None
     for number in range(_FIRST + _LAST):
         rows = part if number < _FIRST else vectors
         sums = expectation(fitted, rows)
-        if sums.likelihood < likelihood * len(rows) and number != _FIRST:
+        if best and number != _FIRST and sums.likelihood < likelihood * len(rows):
             # the step of the gates was too long: go back, and take half of it
             damping *= 0.5
             fitted, sums = replace(best[0]), best[1]

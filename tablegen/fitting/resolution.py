@@ -49,7 +49,7 @@ class SpinSizes(NamedTuple):
     nonspinning_leaves: int  # of a shape, for conditions without
     groups: int  # of a leaf; a file has room for 8
     experts: int  # of a group; a file has room for 16
-    rebounds: int  # for the fit of a leaf, and half as many again for its quantiles
+    rebounds: int  # for the fit of a leaf, and as many again for its quantiles
     knots: int  # of each quantile function
 
     @property

@@ -273,16 +273,15 @@ def leaf_task(
     model = DirectModel(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
 
-    def rebounds(rows: NDArray[np.int64], number: int, count: int) -> Rebounds:
+    def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
         # each condition about equally often, in random order
-        order = rng.permutation(np.resize(rng.permutation(rows), count))
+        order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
         impacts = _impacts(config, shape_code, place, order)
         return _rebounds(model, config, impacts, place.turned[order], _stream(key, number))
-
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
-        around = rebounds(np.arange(len(place.conditions)), 0, sizes.rebounds)
-        within = rebounds(np.flatnonzero(place.inside), 1, sizes.rebounds // 2)
+        around = rebounds(np.arange(len(place.conditions)), 0)
+        within = rebounds(np.flatnonzero(place.inside), 1)
         leaf = fit_leaf(around, within, sizes, rng, positive=not less_spheres(config))
     return leaf._asdict()
 
