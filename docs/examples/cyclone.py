@@ -492,23 +492,16 @@ class OneLineParser(argparse.ArgumentParser):
         sys.exit(2)
 
 
-def positive(text):
-    """Parse a whole number above 0."""
-    number = int(text)
-    if number < 1:
-        raise ValueError(text)
-    return number
+def whole_number(least, most):
+    """Make a parser of whole numbers in a range."""
 
+    def parse(text):
+        if not text.isdecimal() or not least <= int(text) <= most:
+            allowed = f"whole numbers from {least} to {most}"
+            raise argparse.ArgumentTypeError(f"got {text}, allowed: {allowed}")
+        return int(text)
 
-def natural(text):
-    """Parse a whole number from 0 to 2^32 - 1."""
-    number = int(text)
-    if not 0 <= number < 2**32:
-        raise ValueError(text)
-    return number
-
-
-positive.__name__, natural.__name__ = "number, 1 or more", "number, 0 to 4294967295"
+    return parse
 
 
 def read_arguments(arguments):
@@ -516,8 +509,12 @@ def read_arguments(arguments):
     parser = OneLineParser(description=__doc__.splitlines()[0], prog="cyclone.py")
     parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
     parser.add_argument("--compact", default="corundum-steel-compact", help="another table")
-    parser.add_argument("--grains", type=positive, default=10_000, help="under each law")
-    parser.add_argument("--seed", type=natural, default=1, help="of all random numbers")
+    parser.add_argument(
+        "--grains", type=whole_number(1, 10**8), default=10_000, help="under each law"
+    )
+    parser.add_argument(
+        "--seed", type=whole_number(0, 2**32 - 1), default=1, help="of all random numbers"
+    )
     parser.add_argument("--laws", nargs="+", choices=tuple(LOOKS)[:4], metavar="LAW")
     parser.add_argument("--picture", type=Path, metavar="F.png")
     parser.add_argument("--json", type=Path, metavar="F.json", help="for every number")
