@@ -120,7 +120,6 @@ def make_statistics(
     normal impact. `tick` is called after each sample.
     """
     statistics = FigureStatistics({name: {} for name in (*SHAPES, TABLE)}, {})
-    departing: Any = {"omega": "departure"}  # as in the paper
     (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
     spheres = config.population.restricted_to("sphere")
     for i, alpha_deg in enumerate(ANGLES):
@@ -136,7 +135,7 @@ def make_statistics(
                 seed=seed,
                 stream=stream,
                 population=of_shape,
-                **departing,
+                omega="departure",  # as in the paper
             )
             parts = made.state, made.collisions, made.energy[:, 1]
             statistics.curves[shape][alpha_deg] = sample_statistics_of(alpha_deg, *parts)

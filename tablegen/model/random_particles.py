@@ -192,8 +192,8 @@ def draw_particles(population, conditions, keys, axes, kind):
             store(ratio, 1, aspect_ratio(population.aspect, 1, load(words, 1)))
             for i in range(count):
                 shape = population.shape_codes[_pick_row(population, words[5, i])]
-                sizes = _own_sizes(population, shape, ratio[0, i], ratio[1, i])
-                kind[start + i, 0], kind[start + i, 1], kind[start + i, 2] = shape, *sizes
+                ba, cb = _own_sizes(population, shape, ratio[0, i], ratio[1, i])
+                kind[start + i, 0], kind[start + i, 1], kind[start + i, 2] = shape, ba, cb
         set_orientation(load(words, 2), load(words, 3), load(words, 4), motion)
         for i in range(count):
             k = start + i

@@ -1,8 +1,8 @@
 """Chains of impacts: particles that meet one wall after another, with grain, spin and inertia.
 
-Nothing acts on a particle between two walls but a gas that may turn its velocity. It tumbles freely,
-so that its mean angular velocity and the inertia about it stay; in which orientation it meets the
-next wall is the matter of the law there.
+Nothing acts on a particle between two walls but a gas that may turn its velocity. It tumbles
+freely, so that its mean angular velocity and the inertia about it stay; in which orientation it
+meets the next wall is the matter of the law there.
 """
 
 from typing import Any, NamedTuple

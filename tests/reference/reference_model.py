@@ -52,8 +52,8 @@ class Law(NamedTuple):
 class Setup(NamedTuple):
     """Impact condition and numerical parameters.
 
-    Impact angle [rad], impact speed [m/s], mean angular velocity over the tumbling before the impact
-    in wall axes, smallest rebound speed of a contact point over V, Runge-Kutta step [rad].
+    Impact angle [rad], impact speed [m/s], mean angular velocity over the tumbling before the
+    impact in wall axes, smallest rebound speed of a contact point over V, Runge-Kutta step [rad].
     """
 
     alpha1: float
@@ -398,8 +398,8 @@ def rebounds(law, setup, shapes, ratios, rotations, heights, truncation):
     """States (n, 6) and numbers of collisions (n,) of many particles.
 
     ``shapes`` (n,) are codes of `SHAPES`, ``ratios`` (n, 2) b / a and c / b, ``rotations``
-    (n, 3, 3) from body to wall axes as the centres are at ``heights`` (n,); ``truncation`` is the fraction of each half-edge at which a
-    truncated prism is cut.
+    (n, 3, 3) from body to wall axes as the centres are at ``heights`` (n,); ``truncation`` is the
+    fraction of each half-edge at which a truncated prism is cut.
     """
     states = np.empty((len(shapes), 6))
     collisions = np.empty(len(shapes), dtype=np.int64)

@@ -195,7 +195,7 @@ def test_page_of_laws_has_the_bounds_of_the_code():
     from tablegen.model import model_bounds as bounds
 
     page = (data_directory() / "LAWS.md").read_text(encoding="utf-8").partition("## Bounds")[2]
-    simple = bounds.ASPECT, bounds.ALPHA_DEG, bounds.SPEED, bounds.SPIN
+    simple = bounds.ASPECT, bounds.ALPHA_DEG, bounds.SPEED, bounds.SPIN, bounds.INERTIA
     words = [bound.words for bound in (*simple, bounds.CONTACT_RESOLUTION, bounds.TOLERANCE)]
     words.append(f"up to {0.5 * bounds.MOST_TURNED:,.0f} sin(angle) V/a")
     size = bounds.MESH_SIZE

@@ -96,7 +96,7 @@ def test_phases_are_uniform_in_time(moments, positive):
         times = 4.0 * ellipk(m) / rate * turns * (1.0 if positive else -1.0)
         found = np.array([momentum_direction(moments, inertia, t, positive) for t in turns])
         exact = solve_ivp(
-            lambda _, l: np.cross(l, l / moments),
+            lambda _, x: np.cross(x, x / moments),
             (times[0], times[-1]),
             found[0],
             t_eval=times,

@@ -10,9 +10,7 @@ from tablegen.model.frames import combine, cross, dot, impact_frame, unit
 from tablegen.model.impacts import impact_condition
 from tablegen.model.jit import kernel
 from tablegen.model.rebound import (
-    HEIGHT,
     LEFT,
-    MOTION_SIZE,
     U,
     V,
     W,

@@ -1,8 +1,8 @@
-"""Forty hits in a cylinder: phases of tumbling that are drawn stand for orientations that are kept."""
+"""Forty hits in a cylinder: phases that are drawn stand for orientations that are kept."""
 
 import numpy as np
 import pytest
-from kept_orientations import FIRST, SPEED, kept_chain, next_normal
+from kept_orientations import FIRST, SPEED, kept_chain
 
 from tablegen.config.config import load_config
 from tablegen.model.rebound import MOTION_SIZE
