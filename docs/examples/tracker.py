@@ -14,7 +14,7 @@ WALLS += [(0.235, 0.03937822, -0.8660254, -0.5, 0.07), (0.2, 0.1, 0.8660254, 0.5
 
 def follow(table, n):
     """Send n grains through; return their places, velocities, spins and numbers of hits."""
-    share, a = 1.0 - np.exp(-3.0 * np.pi * MU * D * DT / M), 0.63 * D
+    share, half = 1.0 - np.exp(-3.0 * np.pi * MU * D * DT / M), 0.63 * D
     x = np.stack([np.zeros(n), (np.arange(n) + 0.5) * 0.1 / n], axis=1)
     v, omega, hit, k = np.tile(GAS, (n, 1)), np.zeros((n, 3)), np.zeros(n, int), np.arange(n)
     inertia, time = np.full(n, 0.4), np.zeros(n)  # that of a grain at rest has no effect
@@ -29,9 +29,9 @@ def follow(table, n):
         into, free = -(normal * v[k]).sum(axis=1), ~normal.any(axis=1)
         met, n_met = k[into > 1.0], normal[into > 1.0]  # m/s: slower ones rest, instead of hops
         given = {"seed": 7, "index": met, "hit": hit[met], "inertia": inertia[met]}
-        moment = inertia[met] * M * a**2  # of the torque of the gas, once a flight
+        moment = inertia[met] * M * half**2  # of the torque of the gas, once a flight
         given["omega"] = sampler.spin_after(omega[met], time[met], moment, D, RHO, MU)
-        v[met], omega[met], inertia[met] = table.rebound(v[met], n_met, a, **given)
+        v[met], omega[met], inertia[met] = table.rebound(v[met], n_met, half, **given)
         hit[met], time[met] = hit[met] + 1, 0.0
         x[k[free]] += DT * v[k[free], :2]
         k = k[(free | (into > 1.0)) & (x[k, 0] >= 0.0) & (x[k, 0] < 0.5)]

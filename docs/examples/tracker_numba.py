@@ -32,7 +32,7 @@ def follow(table, grains):
             elif into >= 1.0:
                 omega = spin_after(omega, time, inertia * M * A**2, D, RHO, MU)  # once a flight
                 code = rebound(
-                    *(table, v, n, A, None), omega, inertia, index=k, hit=hit, seed=7, out=to
+                    table, v, n, A, omega=omega, inertia=inertia, index=k, hit=hit, seed=7, out=to
                 )
                 assert code >= 0
                 v, omega, inertia = (to[0], to[1], to[2]), (to[3], to[4], to[5]), to[6]
