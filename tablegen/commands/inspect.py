@@ -21,8 +21,6 @@ from tablegen.config.metric_table import (
 if TYPE_CHECKING:
     from sampler.formats.hdf5 import TableContents
 
-#: What the angular velocity of a state is, in words.
-
 
 @click.command(
     cls=options.Command,
