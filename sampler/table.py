@@ -237,6 +237,7 @@ class Table(LawAtConditions, Counting):
         after = None if inertia_after is None else np.empty(call.rows.n)
         if (
             out is not None
+            and spin is None  # else looking twice costs more than a copy
             and out.dtype == np.float64
             and out.flags.c_contiguous
             and not any(np.may_share_memory(out, values) for values in call.rows.arrays.values())

@@ -99,8 +99,10 @@ def spin_after(
 ) -> Reals:
     """Compute the angular velocity that `gas_torque` leaves after a time [s], rad/s.
 
-    The solution is exact: time steps of any size give the same, and none overshoots. `inertia` is
-    the moment of inertia, kg m2: mass diameter^2 / 10 for a sphere. All others as of `gas_torque`.
+    The solution is exact: time steps of any size give the same, and none overshoots; where the gas
+    turns evenly, one call for a whole flight will do. `inertia` is the particle's own moment of
+    inertia, kg m2: k m a^2 with the k that a rebound gives (`Rebound.inertia`), or `inertia` of the
+    grain times m a^2 where it is not known. All others as of `gas_torque`.
     """
     gas = {"density": density, "viscosity": viscosity, "gas_rotation": gas_rotation}
     given = {"omega": omega, "time": time, "inertia": inertia, "diameter": diameter}
@@ -126,7 +128,7 @@ def half_size(diameter: ArrayLike, grain: ArrayLike) -> Reals:
 
 
 def inertia(grain: ArrayLike) -> Reals:
-    """Compute the mean moment of inertia of grains over m a^2, as `spin_after` needs it.
+    """Compute the mean moment of inertia of grains over m a^2, for those whose own is not known.
 
     ``grain`` is as in `half_size`; the result has shape (...).
     """

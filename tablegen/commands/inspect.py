@@ -21,9 +21,6 @@ from tablegen.config.metric_table import (
 if TYPE_CHECKING:
     from sampler.formats.hdf5 import TableContents
 
-#: What the angular velocity of a state is, in words.
-_OMEGA = {"mean": "mean over free tumbling", "departure": "at the instant of departure"}
-
 
 @click.command(
     cls=options.Command,
@@ -111,7 +108,6 @@ def identity_text(contents: "TableContents") -> str:
         ("covers", covers),
         ("nodes", f"{len(alpha)} angles, {len(speed)} speeds"),
         ("a draw gives", ", ".join(facts["components"])),
-        ("angular velocity", _OMEGA[facts["omega"]]),
         ("spin law", spin),
         ("mixture", f"{facts['mixture_components']} components a node"),
         ("quantile knots", facts["quantile_knots"]),

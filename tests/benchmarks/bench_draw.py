@@ -44,6 +44,7 @@ class Conditions:
         self.index = rng.integers(0, 2**64, n, dtype=np.uint64)
         self.hit = np.zeros(n, np.uint32)
         self.spin = rng.uniform(-1.0, 1.0, (n, 3))
+        self.inertia = rng.uniform(0.2, 0.3, n)
         along, down = self.speed * np.cos(self.alpha1), -self.speed * np.sin(self.alpha1)
         self.velocity = np.stack([along, down, np.zeros(n)], axis=1)
         self.omega = self.spin * self.speed[:, None] / 1e-5
@@ -65,9 +66,9 @@ def python_draws(table: sampler.Table, c: Conditions) -> dict[str, Draw]:
     return {
         BOOTSTRAP: lambda: rows[rng.integers(0, ROWS, c.index.size)],
         "Python, Table.sample": sample(c.states),
-        "Python, Table.sample, spin": sample(c.states, spin=c.spin),
+        "Python, Table.sample, spin": sample(c.states, spin=c.spin, inertia=c.inertia),
         "Python, Table.rebound": rebound(),
-        "Python, Table.rebound, spin": rebound(omega=c.omega),
+        "Python, Table.rebound, spin": rebound(omega=c.omega, inertia=c.inertia),
     }
 
 
@@ -84,14 +85,9 @@ def c_draws(image: Path, c: Conditions, folder: Path) -> dict[str, Draw]:
         _, opened = toolchain.open_code(library, image)
         name = f"C {' '.join(flags)}"
         for label, spin in (("", None), (", spin", c.spin)):
-            own = (None if array is None else array.ctypes.data for array in (spin, None))
-            record = toolchain.Conditions(
-                c.alpha1.ctypes.data,
-                c.speed.ctypes.data,
-                *own,
-                c.index.ctypes.data,
-                c.hit.ctypes.data,
-            )
+            arrays = {name: getattr(c, name) for name in ("alpha1", "speed", "index", "hit")}
+            arrays |= {} if spin is None else {"spin": spin, "inertia": c.inertia}
+            record = toolchain.Conditions(**{k: array.ctypes.data for k, array in arrays.items()})
             given = (opened, n, record, 7, c.states, c.codes)
             found[f"{name}, batch{label}"] = lambda f=library.rbt_sample, a=given: f(*a)
             found[f"{name}, one by one{label}"] = lambda f=library.one_by_one, a=given: f(*a)

@@ -17,6 +17,7 @@ int one_by_one(const rbt_table *table, size_t n, const rbt_conditions *all, uint
         one.alpha1 = all->alpha1 + k;
         one.speed = all->speed + k;
         one.spin = all->spin ? all->spin + 3 * k : NULL;
+        one.inertia = all->inertia ? all->inertia + k : NULL;
         one.index = all->index + k;
         one.hit = all->hit + k;
         flags |= rbt_sample(table, 1, &one, seed, states + 6 * k, codes + k);

@@ -311,8 +311,9 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double r
 
    diameter: of the sphere of equal volume, m; density, kg/m3, and viscosity, Pa s: of the gas; all
    above 0, or a viscosity of 0: no torque. gas_rotation: half the curl of the gas velocity, rad/s;
-   NULL: 0. inertia: kg m2, mass diameter^2 / 10 for a sphere; for grains that feel another multiple of
-   the torque, divide it by that. With slip = gas_rotation - omega the torque on a sphere is
+   NULL: 0. inertia: kg m2, the particle's own, k m a^2 with the k of the rebound, or rbt_inertia m a^2
+   where k is not known; for grains that feel another multiple of the torque, divide it by that. Where the
+   gas turns evenly one call for a whole flight is exact. With slip = gas_rotation - omega the torque on a sphere is
 
        (density / 2) (diameter / 2)^5 C |slip| slip,
        C = 64 pi / Re below Re = density diameter^2 |slip| / viscosity = 32,
@@ -334,7 +335,8 @@ RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, doubl
    of unknown volume. */
 RBT_API RBT_DEVICE double rbt_half_size(double diameter, const double grain[3]);
 
-/* Mean moment of inertia of a grain over m a^2, for rbt_spin_after, and sphericity, the surface of the
+/* Mean moment of inertia of a grain over m a^2, for rbt_spin_after where the inertia about the spin is not
+   known, and sphericity, the surface of the
    sphere of equal volume over that of the grain, for laws of drag; 0: a mesh. */
 RBT_API RBT_DEVICE double rbt_inertia(const double grain[3]);
 RBT_API RBT_DEVICE double rbt_sphericity(const double grain[3]);
