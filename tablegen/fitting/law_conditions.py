@@ -16,7 +16,6 @@ from collections.abc import Callable
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
@@ -150,9 +149,13 @@ def grains_of(
 
 def _speeds(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
     """Draw effective speeds; half are uniform, half are uniform in the logarithm."""
-    low, high = domain.speed
-    logarithm = np.exp(rng.uniform(math.log(low), math.log(high), count))
-    return np.where(rng.random(count) < 0.5, logarithm, rng.uniform(low, high, count))
+    logarithmic = _log_uniform(domain.speed, count, rng)
+    return np.where(rng.random(count) < 0.5, logarithmic, rng.uniform(*domain.speed, count))
+
+
+def _log_uniform(ends: tuple[float, float], count: int, rng: np.random.Generator) -> FloatArray:
+    """Draw numbers that are uniform in the logarithm."""
+    return np.exp(rng.uniform(math.log(ends[0]), math.log(ends[1]), count))
 
 
 def _angles(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
@@ -241,10 +244,10 @@ def spread_impacts(
     uniform in kappa, and half are those of any direction of the spin in the grain.
     """
     n = len(grains)
-    slow, most = (np.exp(rng.uniform(*np.log(ends), n)) for ends in (_SLOW, _FAST))
+    slow, fast = (_log_uniform(ends, n, rng) for ends in (_SLOW, _FAST))
     which = rng.random(n)
     size = np.where(which < _SHARES[0], slow, rng.uniform(*_MOST, n))
-    size = np.where(which < sum(_SHARES), size, most)
+    size = np.where(which < sum(_SHARES), size, fast)
     direction = _unit(rng.standard_normal((n, 3)))
     rolling = _unit(0.5 * direction * [1.0, 1.0, 2.0] - [0.0, 0.0, 1.2])
     direction = np.where((rng.random(n) < 0.5)[:, None], rolling, direction)

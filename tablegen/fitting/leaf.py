@@ -76,7 +76,7 @@ def fit_leaf(
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
     centre, scale = centre.astype(np.float32), scale.astype(np.float32)
     used = used_features(varies)
-    t, scores = (inputs - centre) * scale, normal_scores(values, np.ones(values.shape[1]))
+    t, scores = (inputs - centre) * scale, normal_scores(values)
     experts, _ = fit_experts(
         features(t)[:, used], t[:, varies], scores, sizes.groups, sizes.experts, rng
     )
