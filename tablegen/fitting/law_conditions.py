@@ -26,7 +26,6 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
-    WALLS,
     Impacts,
     depart,
     energy_factor,
@@ -194,14 +193,13 @@ def chain_impacts(
     count, (least, _) = len(grains), domain.alpha
     impacts = nonspinning_impacts(domain, grains, rng)
     speed = impacts.speed
-    same, any_way = WALLS.index("same"), WALLS.index("any")
-    walls = np.where(rng.random(count) < _ANY, any_way, same)
+    any_wall = rng.random(count) < _ANY
     after_first, met = np.zeros(count), []
     for hit in range(1, hits):
         departures = depart(model, impacts, seed(hit), threads=1)
         if hit == 1:
             after_first = departures.inertia
-        impacts = next_impacts(departures, walls, rng.random((count, 2)))
+        impacts = next_impacts(departures, any_wall, rng.random((count, 2)))
         alpha = np.maximum(impacts.alpha1, least)
         impacts = _at_speed(impacts._replace(alpha1=alpha), impacts.spin, impacts.inertia, speed)
         met.append(impacts)
