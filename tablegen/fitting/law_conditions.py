@@ -26,7 +26,6 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
-    WALLS,
     Impacts,
     depart,
     energy_factor,
@@ -155,8 +154,13 @@ def grains_of(
 
 def _speeds(low: float, high: float, count: int, rng: np.random.Generator) -> FloatArray:
     """Draw speeds; half are uniform, half are uniform in the logarithm."""
-    logarithm = np.exp(rng.uniform(math.log(low), math.log(high), count))
-    return np.where(rng.random(count) < 0.5, logarithm, rng.uniform(low, high, count))
+    logarithmic = _log_uniform((low, high), count, rng)
+    return np.where(rng.random(count) < 0.5, logarithmic, rng.uniform(low, high, count))
+
+
+def _log_uniform(ends: tuple[float, float], count: int, rng: np.random.Generator) -> FloatArray:
+    """Draw numbers that are uniform in the logarithm."""
+    return np.exp(rng.uniform(math.log(ends[0]), math.log(ends[1]), count))
 
 
 def _angles(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
@@ -198,14 +202,13 @@ def chain_impacts(
     impacts = nonspinning_impacts(domain, grains, rng)
     # half of the chains keep their speed V, and half their V_e
     speed, keeps = impacts.speed, rng.random(count) < 0.5
-    same, any_way = WALLS.index("same"), WALLS.index("any")
-    walls = np.where(rng.random(count) < _ANY, any_way, same)
+    any_wall = rng.random(count) < _ANY
     after_first, met = np.zeros(count), []
     for hit in range(1, hits):
         departures = depart(model, impacts, seed(hit), threads=1)
         if hit == 1:
             after_first = departures.inertia
-        impacts = next_impacts(departures, walls, rng.random((count, 2)))
+        impacts = next_impacts(departures, any_wall, rng.random((count, 2)))
         alpha = np.maximum(impacts.alpha1, least)
         factor = energy_factor(impacts.spin, impacts.inertia)
         effective = speed * np.where(keeps, factor, 1.0)
@@ -253,10 +256,10 @@ def spread_impacts(
     uniform in kappa, and half are those of any direction of the spin in the grain.
     """
     n = len(grains)
-    slow, most = (np.exp(rng.uniform(*np.log(ends), n)) for ends in (_SLOW, _FAST))
+    slow, fast = (_log_uniform(ends, n, rng) for ends in (_SLOW, _FAST))
     which = rng.random(n)
     size = np.where(which < _SHARES[0], slow, rng.uniform(*_MOST, n))
-    size = np.where(which < sum(_SHARES), size, most)
+    size = np.where(which < sum(_SHARES), size, fast)
     direction = _unit(rng.standard_normal((n, 3)))
     rolling = _unit(0.5 * direction * [1.0, 1.0, 2.0] - [0.0, 0.0, 1.2])
     direction = np.where((rng.random(n) < 0.5)[:, None], rolling, direction)
