@@ -3,7 +3,9 @@
 import pytest
 from tiny_tables import ROUGH
 
-from tablegen.fitting.resolution import resolution, spin_sizes
+from sampler.formats.bounds import GROUP_SIZE, N_GROUPS
+from sampler.formats.shape_codes import SHAPE_CODES
+from tablegen.fitting.resolution import SPIN_SIZES, resolution, spin_sizes
 
 
 def test_sizes_follow_the_accuracy():
@@ -19,6 +21,9 @@ def test_shapes_share_the_leaves_of_a_preset():
     (one,) = spin_sizes(ROUGH.with_changes({"population": {"shapes": prisms}})).values()
     four = list(spin_sizes(ROUGH).values())
     # ellipsoids, which come first, have twice as many as each of the others
-    assert (one.leaves, one.nonspinning_leaves) == (5 * four[1].leaves, 5 * four[1].nonspinning_leaves)
+    assert (one.leaves, one.nonspinning_leaves) == (
+        5 * four[1].leaves,
+        5 * four[1].nonspinning_leaves,
+    )
     assert four[0].leaves == 2 * four[1].leaves
     assert four[1] == four[2] == four[3]
