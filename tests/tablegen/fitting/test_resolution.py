@@ -3,9 +3,7 @@
 import pytest
 from tiny_tables import ROUGH
 
-from sampler.formats.bounds import GROUP_SIZE, N_GROUPS
-from sampler.formats.shape_codes import SHAPE_CODES
-from tablegen.fitting.resolution import SPIN_SIZES, resolution, spin_sizes
+from tablegen.fitting.resolution import resolution, spin_sizes
 
 
 def test_sizes_follow_the_accuracy():
