@@ -230,11 +230,8 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     """
     w = [int(word) for word in words]
     # 1. condition
-    alphas, speeds = (
-        np.clip(contents[f"spin/{law}"], *contents[f"axes/{axis}"][[0, -1]])
-        for law, axis in (("alpha_range_deg", "alpha_deg"), ("speed_range", "speed"))
-    )
-    alphas = np.deg2rad(alphas)
+    alphas, speeds = np.deg2rad(contents["spin/alpha_range_deg"]), contents["spin/speed_range"]
+    speed = min(speed, contents["axes/speed"][-1])
     before = reference_before(contents, speed, spin, inertia, grain, w)
     spin, inertia, kappa, energy, effective = before
     size = math.sqrt(spin @ spin)

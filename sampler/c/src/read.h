@@ -26,18 +26,14 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     law->alpha_last = h->spin_alpha[1];
     law->speed_first = h->spin_speed[0];
     law->speed_last = law->speed_unit = h->spin_speed[1];
+    law->alpha_low = law->alpha_first * (1.0 - RBTI_ROUNDING);
+    law->alpha_high = law->alpha_last * (1.0 + RBTI_ROUNDING);
+    law->speed_high = law->speed_last * (1.0 + RBTI_ROUNDING);
     law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
     law->least_spin = h->spin_size[0] * h->spin_size[0] * (1.0 - RBTI_ROUNDING);
     law->most_spin = h->spin_size[1] * h->spin_size[1] * (1.0 + RBTI_ROUNDING);
     memcpy(law->aspect, h->aspect, sizeof law->aspect);
-}
-
-/* The spin law draws at no condition beyond the axes: one range for both laws. */
-static RBT_DEVICE void rbti_narrow(const rbt_axis *axis, double *first, double *last)
-{
-    *first = rbti_bounded(*first, axis->first, axis->last);
-    *last = rbti_bounded(*last, axis->first, axis->last);
 }
 
 static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
@@ -69,15 +65,13 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
     table->least_inertia = h->least_inertia;
     rbti_fill_spin_law(&table->spin, h);
-    rbti_narrow(&table->alpha, &table->spin.alpha_first, &table->spin.alpha_last);
-    rbti_narrow(&table->speed, &table->spin.speed_first, &table->spin.speed_last);
     if (table->spheres || h->flags & RBTI_SPEED_INDEPENDENT) { /* any that is positive and finite */
         table->speed.low = RBTI_LEAST_ANY_SPEED;
-        table->speed.high = RBTI_MOST_ANY_SPEED;
+        table->speed.high = table->spin.speed_high = RBTI_MOST_ANY_SPEED;
     }
     if (table->spheres) { /* any angle and spin */
-        table->alpha.low = RBTI_LEAST_ANGLE;
-        table->alpha.high = RBTI_HALF_PI + RBTI_ROUNDING;
+        table->alpha.low = table->spin.alpha_low = RBTI_LEAST_ANGLE;
+        table->alpha.high = table->spin.alpha_high = RBTI_HALF_PI + RBTI_ROUNDING;
         table->spin.most_spin = RBTI_MOST_ANY_SPEED;
     }
     for (uint32_t row = 0; row < RBTI_NAMES; row++) {
