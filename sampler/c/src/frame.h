@@ -88,8 +88,8 @@ RBTI_INLINE RBT_DEVICE int rbti_impact_status(const double velocity[3], const do
         return RBT_ERR_NOT_FINITE;
     if (normal[0] == 0.0 && normal[1] == 0.0 && normal[2] == 0.0)
         return RBT_ERR_NORMAL_NOT_USABLE;
-    return half_size < RBT_LEAST_HALF_SIZE || half_size > RBT_MOST_HALF_SIZE ? RBT_ERR_HALF_SIZE
-                                                                             : RBT_OK;
+    return rbti_is_outside(half_size, RBT_LEAST_HALF_SIZE, RBT_MOST_HALF_SIZE) ? RBT_ERR_HALF_SIZE
+                                                                               : RBT_OK;
 }
 
 /* Impact angle from the wall, rad, not positive if receding; and the tangential speed. */

@@ -29,17 +29,18 @@ typedef struct rbti_draws {
 /* Flags of a condition, without branches: one range for both laws. */
 RBTI_INLINE RBT_DEVICE int rbti_flags(const rbt_table *table, double alpha1, double speed)
 {
-    const int angle = (alpha1 < table->alpha.low) | (alpha1 > table->alpha.high);
-    const int fast = (speed < table->speed.low) | (speed > table->speed.high);
-    const int far = (speed < table->valid_speed[0]) | (speed > table->valid_speed[1]);
-    return angle * RBT_ANGLE | fast * RBT_SPEED | far * RBT_EXTRAPOLATED;
+    const double *measured = table->valid_speed;
+    return rbti_is_outside(alpha1, table->alpha.low, table->alpha.high) * RBT_ANGLE |
+           rbti_is_outside(speed, table->speed.low, table->speed.high) * RBT_SPEED |
+           rbti_is_outside(speed, measured[0], measured[1]) * RBT_EXTRAPOLATED;
 }
 
 #ifdef RBTI_BLOCKS
 /* Whether nothing can be drawn at a condition, without branches; rbti_error says why. */
 RBTI_INLINE RBT_DEVICE int rbti_is_bad(double alpha1, double speed)
 {
-    const int bad = (alpha1 <= 0.0) | (alpha1 > RBTI_HALF_PI + RBTI_ROUNDING) | (speed <= 0.0);
+    const int steep = rbti_is_outside(alpha1, 0.0, RBTI_HALF_PI);
+    const int bad = (alpha1 <= 0.0) | steep | (speed <= 0.0);
     return bad | (1 - rbti_finite(alpha1) * rbti_finite(speed));
 }
 #endif
@@ -48,7 +49,7 @@ RBTI_INLINE RBT_DEVICE int rbti_error(double alpha1, double speed)
 {
     if (!(rbti_finite(alpha1) && rbti_finite(speed)))
         return RBT_ERR_NOT_FINITE;
-    if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
+    if (alpha1 <= 0.0 || rbti_is_outside(alpha1, 0.0, RBTI_HALF_PI))
         return RBT_ERR_NOT_APPROACHING;
     return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_OK;
 }

@@ -98,7 +98,6 @@ extern "C" {
 
 #define RBTI_HALF_PI 1.5707963267948966
 #define RBTI_TWO_PI 6.283185307179586
-#define RBTI_ROUNDING 1e-12
 #define RBTI_UNIT (1.0f / 4096.0f) /* of the numbers of a record */
 #define RBTI_NORMAL_IMPACT 1e-12
 #define RBTI_LEAST_SPEED 1e-150 /* m/s: the square of a smaller one is no number */
@@ -115,6 +114,7 @@ extern "C" {
 #define RBTI_KAPPA_QUANTILES 33
 #define RBTI_SPIN_CORE 0.3
 #define RBTI_EQUAL_MOMENTS 1e-09
+#define RBTI_SINGLE_ROUNDING 1.2e-07
 #define RBTI_INERTIA_ROUNDING 1e-06
 #define RBTI_FOLD 0.1
 #define RBTI_LEAST_RATIO 0.001
@@ -159,6 +159,13 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
     uint64_t bits;
     memcpy(&bits, &x, sizeof bits);
     return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
+}
+
+/* Whether a number lies outside a range by more than rounding to single precision can put it there. Every
+   range of an argument is checked by this function: a number that is not outside counts as the end. */
+RBTI_INLINE RBT_DEVICE int rbti_is_outside(double x, double least, double most)
+{
+    return (x < least * (1.0 - RBTI_SINGLE_ROUNDING)) | (x > most * (1.0 + RBTI_SINGLE_ROUNDING));
 }
 
 /* A number within bounds; the least of NaN. */

@@ -349,8 +349,8 @@ RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diam
 RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double normal[3],
                                     double critical_speed, const double wall_velocity[3]);
 
-/* An axis of the node grid, rad or m/s. A value from low to high is inside: the ends with the rounding
-   of a unit conversion. coordinate[grid] is the fractional number of the node at equal steps from
+/* An axis of the node grid, rad or m/s. Values from low to high are inside; so are values beyond
+   these ends by no more than rounding to single precision. coordinate[grid] is the fractional number of the node at equal steps from
    origin on, scale of them per rad or m/s; offset is the number of the first of the nodes. */
 typedef struct rbt_axis {
     double first, last, low, high, origin, scale;

@@ -5,8 +5,8 @@ static RBT_DEVICE void rbti_fill_axis(rbt_axis *axis, const double ends_origin_s
 {
     axis->first = ends_origin_scale[0];
     axis->last = ends_origin_scale[1];
-    axis->low = axis->first * (1.0 - RBTI_ROUNDING);
-    axis->high = axis->last * (1.0 + RBTI_ROUNDING);
+    axis->low = axis->first;
+    axis->high = axis->last;
     axis->origin = ends_origin_scale[2];
     axis->scale = ends_origin_scale[3];
     axis->offset = offset;
@@ -28,8 +28,8 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     law->speed_last = h->spin_speed[1];
     law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
-    law->least_spin = h->spin_size[0] * h->spin_size[0] * (1.0 - RBTI_ROUNDING);
-    law->most_spin = h->spin_size[1] * h->spin_size[1] * (1.0 + RBTI_ROUNDING);
+    law->least_spin = h->spin_size[0] * h->spin_size[0];
+    law->most_spin = h->spin_size[1] * h->spin_size[1];
     memcpy(law->aspect, h->aspect, sizeof law->aspect);
 }
 
@@ -68,7 +68,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     }
     if (table->spheres) { /* any angle and spin */
         table->alpha.low = RBTI_LEAST_ANGLE;
-        table->alpha.high = RBTI_HALF_PI + RBTI_ROUNDING;
+        table->alpha.high = RBTI_HALF_PI;
         table->spin.most_spin = RBTI_MOST_ANY_SPEED;
     }
     for (uint32_t row = 0; row < RBTI_NAMES; row++) {

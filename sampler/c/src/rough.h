@@ -81,7 +81,7 @@ RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double nor
                                       double half_size, const double *wall_velocity,
                                       double roughness, int isotropic, rbti_cascade *c)
 {
-    if (!rbti_finite(roughness) || roughness < 0.0 || roughness > RBT_MOST_ROUGHNESS)
+    if (!rbti_finite(roughness) || rbti_is_outside(roughness, 0.0, RBT_MOST_ROUGHNESS))
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
     for (int k = 0; k < 3; k++)
         c->wall[k] = wall_velocity ? wall_velocity[k] : 0.0;
@@ -93,7 +93,7 @@ RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double nor
         return RBT_ERR_SPEED_NOT_POSITIVE;
     rbti_unit(normal, c->e_y);
     c->half_size = half_size;
-    c->roughness = roughness;
+    c->roughness = rbti_bounded(roughness, 0.0, RBT_MOST_ROUGHNESS);
     c->isotropic = isotropic;
     return rbti_dot(c->moving, c->e_y) < 0.0 ? RBT_OK : RBT_ERR_NOT_APPROACHING;
 }

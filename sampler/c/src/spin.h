@@ -55,12 +55,15 @@ RBTI_INLINE RBT_DEVICE double rbti_square(double x, double y, double z)
     return x * x + y * y + z * z;
 }
 
-/* Flags of a condition with a spin, without branches: `effective` is its V_e, `square` that of the size
-   of the spin, `off` whether the inertia about it is beyond the grain. */
+/* Flags of a condition with a spin, without branches: `effective` is its V_e, `square` is the square of
+   the size of the spin, `off` says whether the inertia about it is beyond the grain. */
 RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1, double effective,
                                            double square, int off)
 {
-    const int beyond = (square < table->spin.least_spin) | (square > table->spin.most_spin);
+    const rbt_spin_law *law = &table->spin;
+    const double rounding = 2.0 * RBTI_SINGLE_ROUNDING; /* of the square of rbti_is_outside's number */
+    const int beyond = (square < law->least_spin * (1.0 - rounding)) |
+                       (square > law->most_spin * (1.0 + rounding));
     return rbti_flags(table, alpha1, effective) | (beyond | off) * RBT_SPIN;
 }
 
