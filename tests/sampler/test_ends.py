@@ -1,6 +1,6 @@
 """Ends of ranges hold for their rounding to single precision, in Python and in compiled code.
 
-A flow code in single precision computes a head-on impact angle as ``asinf(1)``, which is above pi/2.
+A flow code in single precision computes a head-on angle as ``asinf(1)``, which is above pi/2.
 An argument beyond an end by less than such a rounding counts as the end: no error and no flag.
 """
 

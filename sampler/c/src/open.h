@@ -15,7 +15,8 @@ RBT_API int rbt_open(const char *path, rbt_table **table)
         close(file);
         return RBT_ERR_NOT_READ;
     }
-    if (about.st_size <= 0 || about.st_size >= (off_t)RBTI_MOST_BYTES) {
+    /* not compared as off_t, which has 32 bits on some machines */
+    if (about.st_size <= 0 || (uint64_t)about.st_size >= RBTI_MOST_BYTES) {
         close(file);
         return about.st_size <= 0 ? RBT_ERR_FORMAT : RBT_ERR_SIZE;
     }

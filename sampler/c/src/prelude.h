@@ -16,6 +16,7 @@
 #define REBOUND_SAMPLER_IMPLEMENTED
 
 #ifndef RBT_DEVICE_ONLY
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,6 +33,16 @@
 #else
 #include <stdio.h>
 #endif
+#endif
+
+/* Machines and flags that cannot give the bits of other machines. */
+#if !defined(RBT_DEVICE_ONLY) && (FLT_EVAL_METHOD == 1 || FLT_EVAL_METHOD == 2)
+#error "rebound_sampler.h: this compiler computes with more digits than the types have (x87), so draws \
+would differ from those of other machines. For 32-bit x86 compile with: -msse2 -mfpmath=sse"
+#endif
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+#error "rebound_sampler.h: this machine is big-endian, and binary tables are little-endian. Draw on a \
+little-endian machine (x86-64, AArch64, RISC-V, ppc64le)"
 #endif
 
 /* No multiplication is fused with an addition, so that states have the bits of Python's. */
