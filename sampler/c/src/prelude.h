@@ -65,23 +65,23 @@ extern "C" {
 
 #if defined(__GNUC__)
 #define RBTI_INLINE static inline __attribute__((always_inline))
-#define RBTI_APART static __attribute__((noinline)) /* keeps its stack frame out of callers */
+#define RBTI_NOT_INLINED static __attribute__((noinline)) /* keeps its stack frame out of callers */
 #define RBTI_ALIGNED __attribute__((aligned(64)))
 #elif defined(RBTI_GPU)
 #define RBTI_INLINE static __forceinline__
-#define RBTI_APART static __noinline__
+#define RBTI_NOT_INLINED static __noinline__
 #define RBTI_ALIGNED
 #else
 #define RBTI_INLINE static inline
-#define RBTI_APART static
+#define RBTI_NOT_INLINED static
 #define RBTI_ALIGNED
 #endif
 
 /* Written once on a host, where that saves time of compilation, and in its place on a device. */
 #if defined(RBTI_GPU)
-#define RBTI_ONCE RBTI_INLINE
+#define RBTI_ONCE_ON_HOST RBTI_INLINE
 #else
-#define RBTI_ONCE RBTI_APART
+#define RBTI_ONCE_ON_HOST RBTI_NOT_INLINED
 #endif
 
 /* Versions of a function for processors with wide vectors; the loader takes the one for the processor
@@ -96,7 +96,7 @@ extern "C" {
 #endif
 #ifndef RBTI_CLONES
 #define RBTI_BATCH_CLONES
-#define RBTI_CLONES RBTI_APART
+#define RBTI_CLONES RBTI_NOT_INLINED
 #endif
 
 #if defined(__GNUC__) && !defined(RBTI_GPU)

@@ -387,7 +387,7 @@ struct rbt_table {
     int32_t n_laws;  /* numbers of the laws of contact; 0: none */
     const double *laws;
     int8_t channels[RBTI_NAMES], marginals[RBTI_NAMES], columns[RBTI_NAMES];
-    uint32_t held; /* bits of the variables among the columns */
+    uint32_t variable_bits; /* bit k: variable k is among the columns */
     int32_t plain; /* whether the columns are the first six variables */
     int8_t mirrored[RBTI_NAMES]; /* whether reflection turns the sign of a row of a factor */
     const float *normals;

@@ -45,7 +45,7 @@ RBT_API RBT_DEVICE rbt_table rbt_moved(const rbt_table *table, const void *copy)
     rbti_header header;
     rbt_table moved = *table;
     memcpy(&header, table->image, sizeof header);
-    rbti_point(&moved, &header, (const char *)copy);
+    rbti_bind_arrays(&moved, &header, (const char *)copy);
     moved.to_free = moved.to_unmap = NULL;
     return moved;
 }

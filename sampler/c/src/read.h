@@ -56,7 +56,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     memcpy(table->columns, h->columns, sizeof table->columns);
     table->plain = h->n_columns == 6;
     for (uint32_t k = 0; k < h->n_columns; k++) {
-        table->held |= 1u << h->columns[k];
+        table->variable_bits |= 1u << h->columns[k];
         table->plain = table->plain && h->columns[k] == (int)k;
     }
     memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
@@ -81,7 +81,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
 }
 
 /* Let a table read the arrays of an image at some address; those that it lacks are NULL. */
-static RBT_DEVICE void rbti_point(rbt_table *table, const rbti_header *h, const char *image)
+static RBT_DEVICE void rbti_bind_arrays(rbt_table *table, const rbti_header *h, const char *image)
 {
     table->image = image;
 #define RBTI_DO(name, member, type, count, rows, numbers, extra)                                   \
@@ -97,7 +97,7 @@ RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size)
     memset(&table, 0, sizeof table);
     memcpy(&header, image, sizeof header);
     rbti_fill_table(&table, &header);
-    rbti_point(&table, &header, (const char *)image);
+    rbti_bind_arrays(&table, &header, (const char *)image);
     table.image_size = size;
     return table;
 }
@@ -117,18 +117,18 @@ static int rbti_read(const char *image, size_t size, int summed, rbt_table *tabl
     RBTI_CHECK(rbti_check_offsets(&header));
     table->image_size = size;
     rbti_fill_table(table, &header);
-    rbti_point(table, &header, image);
+    rbti_bind_arrays(table, &header, image);
     return rbti_check_indices(table, &header);
 }
 
 static int rbti_open(const void *image, size_t size, int summed, rbt_table **table)
 {
-    RBTI_NEED(table, RBT_ERR_MISSING);
+    RBTI_REQUIRE(table, RBT_ERR_MISSING);
     *table = NULL;
-    RBTI_NEED(image, RBT_ERR_MISSING);
-    RBTI_NEED((uintptr_t)image % 64 == 0, RBT_ERR_OFFSETS);
+    RBTI_REQUIRE(image, RBT_ERR_MISSING);
+    RBTI_REQUIRE((uintptr_t)image % 64 == 0, RBT_ERR_OFFSETS);
     rbt_table *made = (rbt_table *)RBT_MALLOC(sizeof *made);
-    RBTI_NEED(made, RBT_ERR_NO_MEMORY);
+    RBTI_REQUIRE(made, RBT_ERR_NO_MEMORY);
     const int code = rbti_read((const char *)image, size, summed, made);
     if (code == RBT_OK)
         *table = made;

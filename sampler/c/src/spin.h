@@ -69,7 +69,7 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
 
 /* Whether an inertia is beyond two moments of inertia by more than single precision rounds; one that is
    0, or of no spin, is not. */
-RBTI_INLINE RBT_DEVICE int rbti_is_beyond(double inertia, double square, double least, double most)
+RBTI_INLINE RBT_DEVICE int rbti_inertia_is_beyond(double inertia, double square, double least, double most)
 {
     const int outside = (inertia < least * (1.0 - RBTI_INERTIA_ROUNDING)) |
                         (inertia > most * (1.0 + RBTI_INERTIA_ROUNDING));
@@ -95,7 +95,7 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_error(const rbt_table *table, double alpha1
         return RBT_ERR_NO_SPIN_LAW;
     if (!rbti_has_energy(speed, spin[0], spin[1], spin[2], inertia))
         return RBT_ERR_NOT_FINITE;
-    return !grain || rbti_grain_holds(&table->spin, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
+    return !grain || rbti_grain_is_known(&table->spin, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
 }
 
 /* Flags of a sphere, whose moments of inertia are equal. */
@@ -104,5 +104,5 @@ RBTI_INLINE RBT_DEVICE int rbti_sphere_flags(const rbt_table *table, double alph
 {
     const double j = RBTI_SPHERE_INERTIA, square = rbti_square(spin[0], spin[1], spin[2]);
     return rbti_spin_flags(table, alpha1, speed * sqrt(1.0 + j * square), square,
-                           rbti_is_beyond(inertia, square, j, j));
+                           rbti_inertia_is_beyond(inertia, square, j, j));
 }
