@@ -18,7 +18,8 @@ static int rbti_check_start(const char *image, size_t size, rbti_header *header)
     RBTI_REQUIRE(size >= sizeof *header && size < RBTI_MOST_BYTES, RBT_ERR_SIZE);
     memcpy(header, image, sizeof *header);
     RBTI_REQUIRE(header->file_bytes == size, RBT_ERR_SIZE);
-    RBTI_REQUIRE(header->header_bytes >= sizeof *header && header->header_bytes <= size, RBT_ERR_SIZE);
+    RBTI_REQUIRE(header->header_bytes >= sizeof *header && header->header_bytes <= size,
+                 RBT_ERR_SIZE);
     return RBT_OK;
 }
 
@@ -76,10 +77,11 @@ static int rbti_check_names(const rbti_header *h)
     return RBT_OK;
 }
 
-/* Whether rows of numbers, and extra numbers behind them, lie in the file at an aligned offset.
-   Rows and numbers are below 2^38 each, and a quotient rounded down cannot mislead. */
+/* Whether an array fits into the file: its offset is aligned, and its rows of numbers and the extra
+   numbers behind them end within the file. Rows and numbers are below 2^38 each; the quotients are
+   rounded down, so that no product overflows. */
 static int rbti_array_fits(const rbti_header *h, uint64_t at, uint64_t rows, uint64_t numbers,
-                     uint64_t extra, uint64_t bytes)
+                           uint64_t extra, uint64_t bytes)
 {
     if (at % 64 != 0 || at < h->header_bytes || at > h->file_bytes)
         return 0;
@@ -90,8 +92,9 @@ static int rbti_array_fits(const rbti_header *h, uint64_t at, uint64_t rows, uin
 static int rbti_check_offsets(const rbti_header *h)
 {
 #define RBTI_DO(name, member, type, count, rows, numbers, extra)                                   \
-    RBTI_REQUIRE(count == 0 || rbti_array_fits(h, h->at_##name, rows, numbers, extra, sizeof(type)),        \
-              RBT_ERR_OFFSETS);
+    RBTI_REQUIRE(count == 0 ||                                                                     \
+                     rbti_array_fits(h, h->at_##name, rows, numbers, extra, sizeof(type)),         \
+                 RBT_ERR_OFFSETS);
     RBTI_ARRAYS(RBTI_DO)
 #undef RBTI_DO
     return RBT_OK;
@@ -157,7 +160,8 @@ static int rbti_laws_are_valid(const double *law, int32_t count)
 /* All that a draw takes as an index. */
 static int rbti_check_indices(const rbt_table *table, const rbti_header *h)
 {
-    RBTI_REQUIRE(rbti_axis_is_valid(&table->alpha) && rbti_axis_is_valid(&table->speed), RBT_ERR_INDICES);
+    RBTI_REQUIRE(rbti_axis_is_valid(&table->alpha) && rbti_axis_is_valid(&table->speed),
+                 RBT_ERR_INDICES);
     RBTI_REQUIRE(rbti_components_are_valid(table, (size_t)rbti_nodes(h)), RBT_ERR_INDICES);
     RBTI_REQUIRE(rbti_trees_are_valid(&table->spin), RBT_ERR_INDICES);
     RBTI_REQUIRE(!table->laws || rbti_laws_are_valid(table->laws, table->n_laws), RBT_ERR_INDICES);

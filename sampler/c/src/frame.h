@@ -66,8 +66,8 @@ RBTI_INLINE RBT_DEVICE void rbti_along_wall(const double relative[3], const doub
 }
 
 RBTI_INLINE RBT_DEVICE void rbti_along_axes(const double state[3], const double e_x[3],
-                                        const double e_y[3], const double e_z[3], double scale,
-                                        double out[3])
+                                            const double e_y[3], const double e_z[3], double scale,
+                                            double out[3])
 {
     double plane[3];
     rbti_combine(state[0], e_x, state[1], e_y, plane);
@@ -119,8 +119,9 @@ RBTI_INLINE RBT_DEVICE void rbti_tangent(const double relative[3], const double 
 
 /* Angle, speed and frame of an impact. */
 RBTI_INLINE RBT_DEVICE int rbti_find_impact(const double velocity[3], const double normal[3],
-                                     double half_size, const double *wall_velocity, uint64_t seed,
-                                     uint64_t index, uint32_t hit, rbti_impact *impact)
+                                            double half_size, const double *wall_velocity,
+                                            uint64_t seed, uint64_t index, uint32_t hit,
+                                            rbti_impact *impact)
 {
     for (int k = 0; k < 3; k++)
         impact->wall[k] = wall_velocity ? wall_velocity[k] : 0.0;
@@ -156,7 +157,7 @@ RBTI_INLINE RBT_DEVICE int rbti_to_spin(const rbti_impact *impact, const double 
 
 /* A drawn state in the lab frame. */
 RBTI_INLINE RBT_DEVICE void rbti_to_lab_frame(const rbti_impact *impact, const double state[6],
-                                       double velocity[3], double omega[3])
+                                              double velocity[3], double omega[3])
 {
     const double *e_x = impact->e_x, *e_y = impact->e_y, *e_z = impact->e_z;
     rbti_along_axes(state, e_x, e_y, e_z, impact->speed, velocity);

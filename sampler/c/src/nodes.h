@@ -166,7 +166,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_factors(size_t m, const rbt_table *table, 
 }
 
 /* Normals to variates mean + L n, reflected or not, and these to fractions between knots. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_variates(size_t m, const rbt_table *table, int32_t n, rbti_draws *d)
+RBTI_INLINE RBT_DEVICE void rbti_fill_variates(size_t m, const rbt_table *table, int32_t n,
+                                               rbti_draws *d)
 {
     const float variate_max = (float)table->variate_max, scale = (float)table->variate_scale;
     const float last = (float)(table->n_knots - 1);
@@ -251,7 +252,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_channel(size_t m, const rbt_table *table, 
 /* The same in its place among the channels. In registers, which a device has in place of memory, no
    place can be looked up. */
 RBTI_INLINE RBT_DEVICE void rbti_place_channel(size_t m, const rbt_table *table, int32_t row,
-                                            rbti_draws *d)
+                                               rbti_draws *d)
 {
 #if defined(RBTI_GPU)
     double channel;
@@ -347,9 +348,9 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
 }
 
 /* One draw from a table with any number of channels. */
-RBTI_NOT_INLINED RBT_DEVICE void rbti_draw_channels(const rbt_table *table, double alpha1, double speed,
-                                              uint64_t seed, uint64_t index, uint32_t hit,
-                                              int variables, double *state)
+RBTI_NOT_INLINED RBT_DEVICE void rbti_draw_channels(const rbt_table *table, double alpha1,
+                                                    double speed, uint64_t seed, uint64_t index,
+                                                    uint32_t hit, int variables, double *state)
 {
     rbti_draws draws;
     draws.alpha1[0] = alpha1;

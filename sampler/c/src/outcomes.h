@@ -50,7 +50,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
 
 /* Outcomes of a table with laws of contact are less those of the sphere with the mean moment of inertia
    of the grain, in the condition of the draw, over 1 - c/a: add these. */
-RBTI_NOT_INLINED RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table, rbti_spin_draws *d)
+RBTI_NOT_INLINED RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table,
+                                                  rbti_spin_draws *d)
 {
     RBTI_EACH_DRAW(r) {
         const double b_a = d->inputs[RBTI_IN_B_A * m + r];

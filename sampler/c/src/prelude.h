@@ -172,8 +172,8 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
     return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
 }
 
-/* Whether a number lies outside a range by more than rounding to single precision can put it there. Every
-   range of an argument is checked by this function: a number that is not outside counts as the end. */
+/* Whether a number lies outside a range, by more than rounding to single precision can put it there. This
+   function checks the range of every argument, so that asinf(1), which is above pi/2, is head-on. */
 RBTI_INLINE RBT_DEVICE int rbti_is_outside(double x, double least, double most)
 {
     return (x < least * (1.0 - RBTI_SINGLE_ROUNDING)) | (x > most * (1.0 + RBTI_SINGLE_ROUNDING));

@@ -83,7 +83,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     table->pair[sizeof table->pair - 1] = 0;
 }
 
-/* Let a table read the arrays of an image at some address; those that it lacks are NULL. */
+/* Bind the arrays of a table to an image at some address. Arrays that the table lacks are NULL. */
 static RBT_DEVICE void rbti_bind_arrays(rbt_table *table, const rbti_header *h, const char *image)
 {
     table->image = image;

@@ -12,19 +12,20 @@ typedef struct rbti_hit {
     double spin[3], inertia;
 } rbti_hit;
 
-/* Whether an impact is drawn from the spin law, not from that of first impacts. On a rough wall it is,
-   where the table has one: all facets of a hit meet the same grain. */
+/* Whether an impact is drawn from the spin law, and not from the law of first impacts. On a rough wall it
+   is drawn from the spin law if the table has one, since all facets of a hit meet the same grain. */
 RBTI_INLINE RBT_DEVICE int rbti_takes_spin_law(const rbt_table *table, const rbt_impacts *impacts,
-                                      const rbti_hit *of)
+                                               const rbti_hit *of)
 {
     return !impacts->fresh || impacts->omega || impacts->grain ||
            (of->rough && table->spin.n_shapes > 0);
 }
 
-/* Whether works are wanted of a table without. */
+/* Whether works are wanted of a table that has none. */
 RBTI_INLINE RBT_DEVICE int rbti_lacks_works(const rbt_table *table, int wanted)
 {
-    return wanted && !(rbti_has_variable(table, RBT_WORK_NORMAL) && rbti_has_variable(table, RBT_WORK_SHEAR));
+    return wanted &&
+           !(rbti_has_variable(table, RBT_WORK_NORMAL) && rbti_has_variable(table, RBT_WORK_SHEAR));
 }
 
 /* Impact of row k: RBT_OK or an error. */
@@ -42,7 +43,7 @@ RBTI_INLINE RBT_DEVICE int rbti_begin_row(const rbt_impacts *impacts, size_t k, 
     of->rough = !rbti_finite(roughness) || roughness != 0.0;
     if (of->rough) {
         code = rbti_begin_cascade(velocity, normal, half_size, wall, roughness, impacts->isotropic,
-                          of->facets);
+                                  of->facets);
         if (code == RBT_OK)
             code = rbti_meet_facet(of->facets, seed, index, hit, &of->met);
     } else {
@@ -56,7 +57,7 @@ RBTI_INLINE RBT_DEVICE int rbti_begin_row(const rbt_impacts *impacts, size_t k, 
 /* Write n numbers of row k where they are wanted: what they are without an error, what they were where
    the particle does not approach the wall, or NaN. Those that are NULL were 0. */
 RBTI_INLINE RBT_DEVICE void rbti_write_result(int code, size_t n, size_t k, const double *numbers,
-                                       const double *before, double *to)
+                                              const double *before, double *to)
 {
     for (size_t c = 0; c < n && to; c++)
         to[n * k + c] = code >= RBT_OK                     ? numbers[c]
@@ -66,9 +67,10 @@ RBTI_INLINE RBT_DEVICE void rbti_write_result(int code, size_t n, size_t k, cons
 }
 
 /* Results of row k from its drawn state, the inertia after and the code of that. */
-RBTI_INLINE RBT_DEVICE int rbti_finish_row(const rbt_table *table, const rbt_impacts *impacts, size_t k,
-                                        uint64_t seed, rbti_hit *of, const double *state,
-                                        double inertia, int code, const rbt_rebounds *out)
+RBTI_INLINE RBT_DEVICE int rbti_finish_row(const rbt_table *table, const rbt_impacts *impacts,
+                                           size_t k, uint64_t seed, rbti_hit *of,
+                                           const double *state, double inertia, int code,
+                                           const rbt_rebounds *out)
 {
     double velocity[3], omega[3], works[2] = {0.0, 0.0}, *work = out->works ? works : NULL;
     if (code >= RBT_OK) {
@@ -157,8 +159,8 @@ static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts
     for (size_t r = 0; r < count; r++) {
         const int law = rbti_takes_spin_law(table, impacts, &hits[r]);
         codes[r] = rbti_finish_row(table, impacts, first + r, seed, &hits[r],
-                                states[law] + (size_t)variables * r, after[law][r],
-                                met[r] < RBT_OK ? met[r] : drawn[law][r], out);
+                                   states[law] + (size_t)variables * r, after[law][r],
+                                   met[r] < RBT_OK ? met[r] : drawn[law][r], out);
     }
 }
 

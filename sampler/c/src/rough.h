@@ -78,8 +78,8 @@ typedef struct rbti_cascade {
 
 /* A cascade before its first bounce. */
 RBTI_INLINE RBT_DEVICE int rbti_begin_cascade(const double velocity[3], const double normal[3],
-                                      double half_size, const double *wall_velocity,
-                                      double roughness, int isotropic, rbti_cascade *c)
+                                              double half_size, const double *wall_velocity,
+                                              double roughness, int isotropic, rbti_cascade *c)
 {
     if (!rbti_finite(roughness) || rbti_is_outside(roughness, 0.0, RBT_MOST_ROUGHNESS))
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
@@ -116,8 +116,8 @@ RBTI_INLINE RBT_DEVICE double rbti_find_tilt(const rbti_cascade *c, int across, 
 }
 
 /* Impact on the facet that the particle meets next. */
-RBTI_ONCE_ON_HOST RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, uint64_t index,
-                                         uint32_t hit, rbti_impact *met)
+RBTI_ONCE_ON_HOST RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed,
+                                                 uint64_t index, uint32_t hit, rbti_impact *met)
 {
     const double speed = sqrt(rbti_dot(c->moving, c->moving));
     double tangential, e_x[3], e_z[3], facet[3];
@@ -141,7 +141,8 @@ RBTI_INLINE RBT_DEVICE int rbti_has_left(const rbti_cascade *c)
 }
 
 /* Velocity and angular velocity after a cascade, in the lab frame. */
-RBTI_INLINE RBT_DEVICE void rbti_store_rebound(const rbti_cascade *c, double velocity[3], double omega[3])
+RBTI_INLINE RBT_DEVICE void rbti_store_rebound(const rbti_cascade *c, double velocity[3],
+                                               double omega[3])
 {
     for (int k = 0; k < 3; k++) {
         velocity[k] = c->moving[k] + c->wall[k];
@@ -152,9 +153,9 @@ RBTI_INLINE RBT_DEVICE void rbti_store_rebound(const rbti_cascade *c, double vel
 /* Bounces behind the first one until the particle leaves, each with random numbers of its own, and
    where there is a law for it with the spin and the inertia that the one before has left. Adds their
    works. */
-RBTI_NOT_INLINED RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c, uint64_t seed,
-                                         const rbti_grains *grains, uint64_t index, uint32_t hit,
-                                         double *works)
+RBTI_NOT_INLINED RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c,
+                                               uint64_t seed, const rbti_grains *grains,
+                                               uint64_t index, uint32_t hit, double *works)
 {
     const int spins = table->spin.n_shapes > 0;
     int flags = RBT_OK;

@@ -107,7 +107,8 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_rows(const rbt_table *table, const rbt_con
 }
 
 /* Copy the table's columns of a drawn row. */
-RBTI_INLINE RBT_DEVICE void rbti_copy_variables(const rbt_table *table, const double *values, double *state)
+RBTI_INLINE RBT_DEVICE void rbti_copy_variables(const rbt_table *table, const double *values,
+                                                double *state)
 {
     for (int c = 0; c < table->n_columns; c++)
         state[c] = values[table->columns[c]];
@@ -139,7 +140,7 @@ RBT_API RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n, const rbt_co
             rbti_draw_rows(table, given, first, count, seed, RBT_VALUES, values, row_codes);
         for (size_t r = 0; r < count && !plain; r++)
             rbti_copy_variables(table, values + RBT_VALUES * r,
-                     states + (size_t)table->n_columns * (first + r));
+                                states + (size_t)table->n_columns * (first + r));
         if (codes && !whole)
             memcpy(codes + first, block, count * sizeof *block);
         rbti_count_codes(&tally, row_codes, count);

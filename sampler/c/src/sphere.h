@@ -56,8 +56,9 @@ RBTI_INLINE RBT_DEVICE double rbti_restitution(const double *law, double speed, 
 
 /* Tangential impulse over minus the tangential contact velocity, of this size. `normal` is the normal
    impulse; `size` and `sine` are of the contact velocity, `ahead` is the sine of the impact angle. */
-RBTI_INLINE RBT_DEVICE double rbti_tangential_impulse(const rbt_table *table, double normal, double slide,
-                                        double size, double sine, double ahead)
+RBTI_INLINE RBT_DEVICE double rbti_tangential_impulse(const rbt_table *table, double normal,
+                                                      double slide, double size, double sine,
+                                                      double ahead)
 {
     const double *law = table->laws;
     const int kind = (int)law[RBTI_RESISTANCE], before = RBTI_NUMBERS + (int)law[RBTI_LENGTH];
@@ -103,8 +104,9 @@ RBTI_INLINE RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, d
 }
 
 /* The first variables of a sphere's state, those that the table has. */
-RBTI_NOT_INLINED RBT_DEVICE void rbti_sphere_state(const rbt_table *table, double alpha1, double speed,
-                                             const double *spin, int variables, double *state)
+RBTI_NOT_INLINED RBT_DEVICE void rbti_sphere_state(const rbt_table *table, double alpha1,
+                                                   double speed, const double *spin, int variables,
+                                                   double *state)
 {
     double values[RBT_VALUES];
     rbti_sphere(table, alpha1, speed, spin, values);

@@ -71,7 +71,7 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
 {
     const rbt_spin_law *law = &table->spin;
     const double effective = speed * root;
-    const double rounding = 2.0 * RBTI_SINGLE_ROUNDING; /* of the square of rbti_is_outside's number */
+    const double rounding = 2.0 * RBTI_SINGLE_ROUNDING; /* as of rbti_is_outside, for a square */
     const int beyond = (square < law->least_spin * (1.0 - rounding)) |
                        (square > law->most_spin * (1.0 + rounding));
     const int fast = rbti_is_outside(effective, table->speed.low, law->speed_high) |
@@ -83,7 +83,8 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
 
 /* Whether an inertia is beyond two moments of inertia by more than single precision rounds; one that is
    0, or of no spin, is not. */
-RBTI_INLINE RBT_DEVICE int rbti_inertia_is_beyond(double inertia, double square, double least, double most)
+RBTI_INLINE RBT_DEVICE int rbti_inertia_is_beyond(double inertia, double square, double least,
+                                                  double most)
 {
     const int outside = (inertia < least * (1.0 - RBTI_INERTIA_ROUNDING)) |
                         (inertia > most * (1.0 + RBTI_INERTIA_ROUNDING));
