@@ -142,7 +142,7 @@ def _covered(config: Config, codes: list[int]) -> dict[str, NDArray[Any]]:
         "spin/aspect": arguments.aspect,
         "spin/speed_coordinate": np.array(speed_coordinate(config)),
         "spin/alpha_range_deg": np.degrees(Range.of(config).alpha),
-        "spin/speed_range": np.array(Range.of(config).speed),
+        "spin/speed_range": np.array(Range.of(config).effective),
         "spin/spin_range": np.array(SPIN_RANGE),
         "spin/shape_inertia": np.array(
             [inertia_coefficients(config.population, code) for code in codes]
@@ -171,15 +171,15 @@ def speed_coordinate(config: Config) -> SpeedCoordinate:
 
     Of a tabulated law it is that in which the mean restitution comes nearest to a line.
     """
-    law, last = config.pair.restitution, Range.of(config).speed[1]
+    law, covered = config.pair.restitution, Range.of(config).effective
     if isinstance(law, ExponentialRestitution):
         own = SpeedCoordinate(law.coefficient, law.exponent)
         if all(SPEED_COORDINATE[0] <= number <= SPEED_COORDINATE[1] for number in own):
             return own
-    shapes = [SpeedCoordinate(math.log(2.0) / (part * last) ** n, n) for n, part in _SHAPES]
+    shapes = [SpeedCoordinate(math.log(2.0) / (part * covered[1]) ** n, n) for n, part in _SHAPES]
     if not isinstance(law, TabulatedRestitution) or not law.depends_on_speed:
         return shapes[0]
-    speeds = np.linspace(*Range.of(config).speed, 200)
+    speeds = np.linspace(*covered, 200)
     mean = np.interp(speeds, law.speed, np.mean(law.value, axis=0))
 
     def misfit(shape: SpeedCoordinate) -> float:
@@ -232,7 +232,7 @@ def _grown(
     shape_code = int(impacts.grain[0, 0])
     if not config.pair.restitution.depends_on_speed:
         # all at one V_e: no leaf is cut in it
-        speed = config.speeds[1] / energy_factor(impacts.spin, impacts.inertia)
+        speed = Range.of(config).effective[1] / energy_factor(impacts.spin, impacts.inertia)
         impacts = impacts._replace(speed=speed)
     moments = moments_of(config.population, shape_code, impacts.grain[:, 1:])
     plain = inputs_of(impacts, moments, speed_coordinate(config))
@@ -289,6 +289,7 @@ def leaf_task(
         order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
         impacts = _impacts(config, shape_code, place, order)
         return _rebounds(model, config, impacts, place.turned[order], _stream(key, number))
+
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
         around = rebounds(np.arange(len(place.conditions)), 0)
