@@ -17,7 +17,7 @@ from tablegen.tables.prune import prune, pruned
 #: Four angles and three speeds, so that a scene can leave some out.
 NODES = {"alpha_nodes_deg": [10.0, 30.0, 50.0, 80.0], "speed_nodes": [60.0, 150.0, 300.0]}
 WIDE = ROUGH.with_changes({"domain": {"alpha_deg": [10.0, 80.0], "speed": [60.0, 300.0]}})
-WIDE = WIDE.with_changes({"table": NODES, "population": {"shapes": {"sphere": 0.0}}})
+WIDE = WIDE.with_changes({"table": NODES, "population": {"shapes": {"prism": 1.0}}})
 
 
 @pytest.fixture(scope="module")
