@@ -55,7 +55,9 @@ def test_truncated_normal_law():
 
 class TestParts:
     def test_mixture_keeps_weights_and_meshes_and_drops_spheres(self):
-        mixture = with_shapes(ellipsoid=3.0, prism=0.0, sphere=5.0).restricted_to("mixture")
+        mixture = with_shapes(
+            ellipsoid=3.0, sphere=5.0, tetrahedron=1.0, **{"truncated-prism": 1.0}
+        ).restricted_to("mixture")
         arguments = mixture.kernel_arguments()
         assert arguments.shape_codes.tolist() == [0, 2, 3]
         assert arguments.cumulative_weights.tolist() == [0.6, 0.8, 1.0]
