@@ -24,22 +24,27 @@ _ALLOWED = {
 
 
 class Covered(NamedTuple):
-    """What a table covers, the same for both of its laws; in words, by `str`.
+    """What a table covers; in words, by `str`.
 
     The speed of a particle that spins is the one that it would have if all of its kinetic energy
     were translation, V (1 + k spin^2)^(1/2).
     """
 
-    #: Impact angles, degrees, and speeds, m/s; None: any.
+    #: Impact angles, degrees, of fresh grains that arrive without spin, from the law of first
+    #: impacts, and speeds, m/s; None: any.
     alpha_deg: Ends
     speed: Ends | None
     #: Sizes of the spin before the impact times a/V; None: there is no spin law.
     spin: Ends | None
     #: Speeds at which the law of the pair was measured, m/s; None: it holds at any.
     measured: Ends | None
+    #: Impact angles, degrees, of all other draws, from the spin law; None: as `alpha_deg`.
+    spin_alpha_deg: Ends | None = None
 
     @classmethod
-    def of(cls, ends: dict[str, Ends], has_spin: bool) -> "Covered":
+    def of(
+        cls, ends: dict[str, Ends], has_spin: bool, spin_alpha_deg: Ends | None = None
+    ) -> "Covered":
         """Make it of what ``rbt_covered`` gives, without the rounding of units."""
         low, high = (round(math.degrees(end), 12) for end in ends["alpha1"])
         speed, measured = (
@@ -47,11 +52,15 @@ class Covered(NamedTuple):
         )
         least, most = ends["spin"]
         spin = (round(least, 9), round(most, 9)) if has_spin else None
-        return cls((low, high), speed, spin, measured)
+        other = spin_alpha_deg if spin_alpha_deg != (low, high) else None
+        return cls((low, high), speed, spin, measured, other)
 
     def __str__(self) -> str:
         low, high = self.alpha_deg
         parts = [f"{low:g} to {high:g} deg" if low > 0.0 else "any angle"]
+        if self.spin_alpha_deg is not None:
+            others = f"{_to(self.spin_alpha_deg)} deg"
+            parts = [f"{others} (fresh grains without spin: {parts[0]})"]
         parts += ["any speed" if self.speed is None else f"{_to(self.speed)} m/s"]
         if self.spin is not None:
             parts += [f"spin {_to(self.spin)}" if self.spin[1] < 1e9 else "any spin"]
@@ -139,7 +148,8 @@ class Counting:
         if "velocity" in arrays:
             name = "omega" if kind == "spin" else "velocity"
         alpha1, speed, spin = _impact(call, row)
-        degrees = shown_apart(math.degrees(alpha1), *covered.alpha_deg, digits=6)
+        angles = covered.alpha_deg + (covered.spin_alpha_deg or ())
+        degrees = shown_apart(math.degrees(alpha1), *angles, digits=6)
         given = f"{degrees} deg, {shown_apart(speed, *covered.speed or (), digits=6)} m/s"
         if covered.spin is not None and not {"spin", "omega"}.isdisjoint(arrays):
             given += f", spin {shown_apart(spin, *covered.spin, digits=6)}"

@@ -63,7 +63,8 @@ class Table(LawAtConditions, Counting):
     has_spin : bool
         Whether the table has the law of particles that arrive spinning.
     covered : Covered
-        Angles, speeds and spins that lie inside, for both laws; ``str(table.covered)`` says it.
+        Angles, speeds and spins that lie inside; ``str(table.covered)`` says it. The law of first
+        impacts and that of particles that spin may have different angles.
     counts : dict of int
         Numbers of draws so far: those with an ``angle``, ``speed`` or ``spin`` outside, and those
         at speeds at which the pair was not measured, ``extrapolated``.
@@ -87,7 +88,9 @@ class Table(LawAtConditions, Counting):
         self.pair, self.config = contents.pair, contents.config
         self.speed_independent = contents.speed_independent
         self.has_spin = contents.has_spin
-        self.covered = Covered.of(self._table.covered(), self.has_spin)
+        low, high = contents.datasets.get("spin/alpha_range_deg", (0.0, 0.0))
+        others = (float(low), float(high)) if high > 0.0 else None
+        self.covered = Covered.of(self._table.covered(), self.has_spin, others)
         self._small = _kept_beside(contents)
         self._source: TableContents | Path = contents
         self._counts = Counts()

@@ -46,7 +46,8 @@ _SEARCHED = 500_000
 #: speed: a spin adds to the energy of a grain, and so to the speed that counts.
 _SPEEDS, _OF_HIGHEST = (20.0, 150.0), 0.8
 
-#: Angles [rad] of first hits, and of all hits on walls of any direction.
+#: Angles [rad] of first hits, as far as the domain has them, and of all hits on walls of any
+#: direction. Later hits have any angle, whatever the domain is.
 ANGLES = (np.radians(5.0), np.radians(85.0))
 
 #: Least sine of an impact angle, which a grain that slides along the wall is given, and largest
@@ -252,7 +253,8 @@ def compare_chain(
     low, high = config.domain.speed
     slow, fast = np.clip(_SPEEDS, low, max(low, _OF_HIGHEST * high))
     spread = np.random.default_rng([seed % 2**64, len(index)]).random((2, len(index)))
-    alpha1 = ANGLES[0] + (ANGLES[1] - ANGLES[0]) * spread[0]
+    flat, steep = np.clip(ANGLES, *np.radians(config.domain.alpha_deg))
+    alpha1 = flat + (steep - flat) * spread[0]
     arrivals = first_arrivals(index, alpha1, slow + (fast - slow) * spread[1])
     sides = []
     for law in (wall, DirectModel(config)):
@@ -344,13 +346,9 @@ def chains_of(
 ) -> list[Callable[[], list[LaterHit]]]:
     """List the comparisons of a law of the wall with direct simulation, each to be called.
 
-    There is one for each kind of grains in each geometry, and none if the configuration covers only
-    a part of the angles of first hits. ``samples`` are the grains of a kind a side, by default and
-    at most `SAMPLES`.
+    There is one for each kind of grains in each geometry. ``samples`` are the grains of a kind a
+    side, by default and at most `SAMPLES`.
     """
-    low, high = np.radians(config.domain.alpha_deg)
-    if low > ANGLES[0] or high < ANGLES[1]:
-        return []
     count = min(samples or SAMPLES, SAMPLES)
     kinds = kinds_of_grains(DirectModel(config), seed, count)
     return [

@@ -13,6 +13,10 @@ from tablegen.config.metric_table import METRICS, PRESETS, SPIN, SPIN_PRESETS, m
 from tablegen.config.targets import AccuracyTargets, SpinTargets
 
 
+#: A number this many times its limit is a fault of the table, and no limit to declare.
+_FAR = 2.0
+
+
 class Measured(Protocol):
     """Distances measured somewhere."""
 
@@ -38,6 +42,11 @@ class Judged(NamedTuple):
     def holds(self) -> bool:
         """Whether the number is within the limit."""
         return self.within(self.allowed)
+
+    @property
+    def share(self) -> float:
+        """Distance from equal laws over what is allowed, without three errors."""
+        return metric_of(self.name).share(self.estimate.certain, self.allowed)
 
     def within(self, allowed: float) -> bool:
         """Tell whether the number would be within another limit."""
@@ -66,8 +75,17 @@ def judge(
 
 
 def advice(numbers: Sequence[Judged]) -> str:
-    """Say in one line what to change where some numbers do not hold: limits, preset or range."""
+    """Say in one line what to change where some numbers do not hold.
+
+    Where a number is more than `_FAR` times its limit, the line says where, and what to change in
+    the table. Else it names limits to declare, a preset or a range.
+    """
     missed = [number for number in numbers if not number.holds]
+    far = [number for number in missed if not number.share <= _FAR]
+    if far:
+        laws = [[n for n in far if _law(n) == law] for law in _REMEDIES]
+        worst = [max(some, key=lambda number: number.share) for some in laws if some]
+        return "; ".join(_fault(number) for number in worst)
     changes = []
     for prefix, section in (("", "accuracy"), (SPIN, "spin_accuracy")):
         limits = [
@@ -81,6 +99,34 @@ def advice(numbers: Sequence[Judged]) -> str:
     places = dict.fromkeys(number.place for number in missed if _at_condition(number))
     ways += [f"a range without {' and '.join(places)}"] if places else []
     return f"to hold: {'; or '.join(ways)}"
+
+
+#: What to change where a law is far off: that of first impacts, the spin law at a condition without
+#: spin, and the spin law along chains of hits.
+_REMEDIES = {
+    "first": "put a node there (alpha_nodes_deg or speed_nodes in [table]), or choose a range "
+    "without it",
+    "own": "give the spin law more leaves (spin_leaves in [table]), or choose a range without it",
+    "chain": "give the spin law more leaves (spin_leaves in [table]); or spin = false, if particles "
+    "meet one wall only",
+}
+
+
+def _law(number: Judged) -> str:
+    """Name the law, and the kind of measurement, that a number is of: a key of `_REMEDIES`."""
+    if not number.name.startswith(SPIN):
+        return "first"
+    return "own" if _at_condition(number) else "chain"
+
+
+def _fault(number: Judged) -> str:
+    """Say where a law is far off, by how much, and what to change."""
+    metric, share = metric_of(number.name), number.share
+    times = f"{share:.2g} times its limit" if math.isfinite(share) else "no number"
+    return (
+        f"{number.name} {metric.text(number.estimate.value)} at {number.place} is {times}: "
+        f"{_REMEDIES[_law(number)]}"
+    )
 
 
 def _rounded_up(number: Judged) -> str:

@@ -115,7 +115,7 @@ def generate(
         if pool is None:  # another rank than the first, whose work is done
             return DONE
         settings = load_config(config)
-        for line in settings.doubts() if progress else ():
+        for line in [f"particles: {settings.population}", *settings.doubts()] if progress else ():
             note("tablegen", line)
         made = generate_table(
             settings,

@@ -73,6 +73,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "valid_speed": contents.valid_speed and list(contents.valid_speed),
         "covers": str(table.covered),
         "least_inertia": contents.least_inertia,
+        "population": _population(contents.config),
         "spin": _spin_law(contents),
         "spheres": contents.of_spheres,
         "mixture_components": _length(contents, "dependence/alias_probability"),
@@ -98,7 +99,8 @@ def identity_text(contents: "TableContents") -> str:
     spin, measured = "none: particles are taken to arrive without spin", "nothing"
     if law is not None:
         spin = f"{len(law['shapes'])} shapes, {law['leaves']} leaves, "
-        spin += "effective speeds {:g} to {:g} m/s".format(*law["effective_speed"])
+        spin += "effective speeds {:g} to {:g} m/s, ".format(*law["effective_speed"])
+        spin += "any grain and later hits at {:g} to {:g} deg".format(*law["alpha_deg"])
     if worst is not None:
         count = len(facts["accuracy"]["alpha_deg"])
         measured = f"at {count} conditions between nodes, noise included, worst: "
@@ -108,6 +110,7 @@ def identity_text(contents: "TableContents") -> str:
         ("covers", covers),
         ("nodes", f"{len(alpha)} angles, {len(speed)} speeds"),
         ("a draw gives", ", ".join(facts["components"])),
+        ("particles", facts["population"] or "?"),
         ("spin law", spin),
         ("mixture", f"{facts['mixture_components']} components a node"),
         ("quantile knots", facts["quantile_knots"]),
@@ -154,6 +157,17 @@ def _notes(declared: Mapping[str, float] | None, worst: Mapping[str, float] | No
     missed = {name: x for name, x in (worst or {}).items() if x > declared[name]}
     more = f"the file stores more than it declares: {errors_text(missed)}"
     return [*([little] if little else []), *([more] if missed else [])]
+
+
+def _population(config: str) -> str | None:
+    """Read the population of a configuration in one line; None where it cannot be read."""
+    from tablegen.config.particles_text import particles_text
+    from tablegen.config.scenes import parse_toml
+
+    try:
+        return particles_text(parse_toml(config, "config")["population"])
+    except (InputError, AttributeError, KeyError, TypeError, ValueError, ZeroDivisionError):
+        return None
 
 
 def _declared(config: str) -> dict[str, float] | None:

@@ -102,7 +102,8 @@ def simulate(
     numerics = config.model.contact_resolution, config.model.tolerance
     condition = make_condition(math.radians(alpha), speed, spin, *numerics, omega, inertia)
     speeds = config.pair.extrapolation(speed)
-    for line in [*config.doubts(), *([speeds] if speeds else [])]:
+    particles = f"particles: {population}"
+    for line in [particles, *config.doubts(), *([speeds] if speeds else [])]:
         note("tablegen", line)
     task = config.pair, population, condition, count
     result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)

@@ -51,8 +51,7 @@ class _Restitution(Record):
     def coordinate(self, speed: ArrayLike) -> FloatArray:
         """Compute the abscissa for interpolation in impact speed, m/s.
 
-        It is positive, dimensionless and strictly falling. Rebound statistics are nearly linear in
-        it. Default nodes are equally spaced in its logarithm.
+        It falls strictly, and rebound statistics are nearly linear in it.
         """
         return self._abscissa(np.asarray(speed, dtype=np.float64))
 
@@ -182,8 +181,8 @@ class TabulatedRestitution(_Restitution):
         return any(len(set(row)) > 1 for row in self.value)
 
     def _abscissa(self, speed: FloatArray) -> FloatArray:
-        # default nodes lie a factor of at most 1.43 apart
-        return 1.0 / speed if self.depends_on_speed else super()._abscissa(speed)
+        # the law is linear in the speed between its nodes, which are nodes of a table as well
+        return -speed if self.depends_on_speed else super()._abscissa(speed)
 
 
 RestitutionLaw = (

@@ -15,6 +15,7 @@ from tablegen.config.complaints import refusal, shown
 from tablegen.config.defaults import MIXTURE
 from tablegen.config.field_types import AspectPair, AspectRange, Line, Record
 from tablegen.config.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
+from tablegen.config.particles_text import particles_text
 from tablegen.config.support_map_builder import SLACK
 from tablegen.model.model_bounds import ASPECT
 from tablegen.model.shapes import FIRST_MESH, MeshArguments, longest_list
@@ -176,6 +177,11 @@ class Population(Record):
             allowed = f"a weight above 0 for at least one of {', '.join(SHAPE_NAMES)}, or a mesh"
             raise refusal("shapes", tuple(self.shapes.model_dump().values()), allowed)
         return self
+
+    def __str__(self) -> str:
+        """Say in one line which particles there are."""
+        without = {"meshes": {"__all__": {"vertices"}}}
+        return particles_text(self.model_dump(mode="json", by_alias=True, exclude=without))
 
     @property
     def lacks_aspect(self) -> bool:

@@ -16,6 +16,9 @@ _KIND_FIELDS = ("law", "distribution", "preset")
 #: Nodes of a table's axis, by the range for which they were chosen.
 _NODES_OF_RANGE = {"alpha_deg": "alpha_nodes_deg", "speed": "speed_nodes"}
 
+#: Fields that say which forms the particles of a population have.
+_FORMS = {"shapes", "meshes"}
+
 
 def parse_toml(text: str, origin: str) -> Tree:
     """Parse a TOML text; raises `InputError`, which begins with `origin`, for any other text."""
@@ -32,11 +35,12 @@ def parse_toml(text: str, origin: str) -> Tree:
 def merged(base: Tree, changes: Tree) -> Tree:
     """Lay a scene's changes over the content of a pair file; neither is modified.
 
-    Tables are merged field by field, everything else is replaced, with three exceptions:
+    Tables are merged field by field, everything else is replaced, with four exceptions:
 
     - A table of another ``law``, ``distribution`` or ``preset`` replaces the old one whole.
     - A changed range of the domain drops the nodes that were chosen for the old range.
     - A ``dimension`` drops the components that were listed for another.
+    - A population that names shapes or meshes has no others; its other fields stay.
     """
     domain = changes.get("domain")
     if isinstance(domain, dict):
@@ -44,13 +48,18 @@ def merged(base: Tree, changes: Tree) -> Tree:
         base = _without(base, "table", stale)
         if "dimension" in domain:
             base = _without(base, "domain", {"components"})
+    population = changes.get("population")
+    if isinstance(population, dict) and not _FORMS.isdisjoint(population):
+        base = _without(base, "population", _FORMS)
     return _overlaid(base, changes)
 
 
 def _without(tree: Tree, section: str, fields: set[str]) -> Tree:
     """Leave some fields of a section out."""
-    kept = {k: value for k, value in tree.get(section, {}).items() if k not in fields}
-    return {**tree, section: kept} if section in tree else tree
+    if not isinstance(tree.get(section), dict):
+        return tree
+    kept = {k: value for k, value in tree[section].items() if k not in fields}
+    return {**tree, section: kept}
 
 
 def _overlaid(base: Tree, changes: Tree) -> Tree:

@@ -65,7 +65,7 @@ class SpinSizes(NamedTuple):
 
 #: Sizes by preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
-    "compact": SpinSizes(75, 60, 8, 8, 120_000, 65),
+    "compact": SpinSizes(70, 50, 8, 8, 120_000, 65),
     "standard": SpinSizes(160, 110, 8, 16, 200_000, 97),
     "fine": SpinSizes(384, 240, 8, 16, 300_000, 129),
 }

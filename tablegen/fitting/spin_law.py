@@ -17,7 +17,7 @@ from sampler.formats.bounds import N_KAPPA_QUANTILES, SPEED_COORDINATE
 from sampler.formats.channels import has_works
 from tablegen.checkpoints import Arrays, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
-from tablegen.config.pairs import ExponentialRestitution
+from tablegen.config.pairs import ExponentialRestitution, TabulatedRestitution
 from tablegen.fitting.law_conditions import (
     Range,
     grains_of,
@@ -46,9 +46,9 @@ from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import Impacts, depart, energy_factor
 
-#: Speed coordinate where the law of restitution has none of this form: its exponent, and the part
-#: of the largest V_e at which it is 1/2.
-_EXPONENT, _HALF_WAY = 0.5, 0.2
+#: Speed coordinates where the law of restitution has none of this form: exponents, and parts of the
+#: largest V_e at which the coordinate is 1/2. The first is that of laws without a table.
+_SHAPES = [(0.5, 0.2), (0.5, 1.0), (1.0, 0.2), (1.0, 0.5), (1.0, 2.0)]
 
 #: Number of conditions without spin over the rebounds of a leaf.
 _NONSPINNING = 0.5
@@ -167,14 +167,25 @@ def _forest(shapes: list[ShapeConditions]) -> dict[str, NDArray[Any]]:
 
 
 def speed_coordinate(config: Config) -> SpeedCoordinate:
-    """Choose the coordinate of the speed: that of the restitution law if a file can have it."""
-    law = config.pair.restitution
+    """Choose the coordinate of the speed: that of the restitution law if a file can have it.
+
+    Of a tabulated law it is that in which the mean restitution comes nearest to a line.
+    """
+    law, covered = config.pair.restitution, Range.of(config).effective
     if isinstance(law, ExponentialRestitution):
         own = SpeedCoordinate(law.coefficient, law.exponent)
         if all(SPEED_COORDINATE[0] <= number <= SPEED_COORDINATE[1] for number in own):
             return own
-    half = _HALF_WAY * Range.of(config).effective[1]
-    return SpeedCoordinate(math.log(2.0) / half**_EXPONENT, _EXPONENT)
+    shapes = [SpeedCoordinate(math.log(2.0) / (part * covered[1]) ** n, n) for n, part in _SHAPES]
+    if not isinstance(law, TabulatedRestitution) or not law.depends_on_speed:
+        return shapes[0]
+    speeds = np.linspace(*covered, 200)
+    mean = np.interp(speeds, law.speed, np.mean(law.value, axis=0))
+
+    def misfit(shape: SpeedCoordinate) -> float:
+        return float(np.polyfit(shape.of(speeds), mean, 1, full=True)[1].sum())
+
+    return min(shapes, key=misfit)
 
 
 def _stream(key: str, number: int = 0) -> int:

@@ -3,10 +3,11 @@
 A quantile at a condition is interpolated linearly in the *fractional node index*. That index is
 tabulated at equal steps of the angle and of the speed, so the draw finds it without a search. It is
 linear in an abscissa: the square root of the angle (measured: EXPERIMENTS.md), and for the speed
-the restitution law at normal impact, exp(-coefficient V^exponent).
+that in which the law of restitution is linear: exp(-coefficient V^exponent), a power of V, or V of
+a tabulated law. The angles and speeds of a tabulated law, where it bends, are nodes.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -30,7 +31,7 @@ _MOST_OFF = 0.01
 _LEAST_DISTANCE = 32.0 / (LOOKUP_SIZES[-1] - 1)
 
 #: Largest steps of the first grid: in the square root of the angle in degrees, and in the logarithm
-#: of the restitution abscissa.
+#: of the abscissa of the speed.
 _ANGLE_STEP = 0.6
 _SPEED_STEP = 0.75
 
@@ -85,7 +86,7 @@ def _rounded(value: float, step: float) -> float:
 def _speed_axis(config: Config, first: float, last: float) -> Abscissa:
     """Abscissa of the speed; refuses a domain whose ends it cannot distinguish."""
     ends = config.speed_coordinate(np.array([first, last]))
-    if not (np.all(ends > 0.0) and (first == last or ends[0] != ends[1])):
+    if not (np.all(ends != 0.0) and (first == last or ends[0] != ends[1])):
         raise InputError(
             f"domain.speed: got [{first:g}, {last:g}], where the restitution law has no digits "
             "left to tell speeds apart, allowed: a lower end, or table.speed_nodes of your own"
@@ -102,24 +103,44 @@ def first_grid(config: Config) -> Grid:
     if speed.size == 0 and not config.pair.restitution.depends_on_speed:
         speed = np.array(domain.speed[1:])
     elif speed.size == 0:
-        axis = _speed_axis(config, *domain.speed)
-        ends = axis(np.array(domain.speed))
-        count = max(np.ceil(abs(np.log(ends[1] / ends[0])) / _SPEED_STEP), 1.0)
-        speed = _equal_steps(axis, *domain.speed, abs(ends[1] - ends[0]) / (count - 1e-9))
+        speed = _first_speeds(config)
     return Grid(tuple(map(float, alpha)), tuple(map(float, speed)))
 
 
 def _first_angles(config: Config) -> FloatArray:
-    """Equal steps between the ends, and between the angles at which a tabulated law bends.
+    """Place angles at equal steps between the ends and the angles at which a tabulated law bends.
 
     A particle that does not spin meets the wall at the angle of its impact.
     """
-    first, last = config.domain.alpha_deg
-    laws = config.pair.restitution, config.pair.resistance
-    bends = {angle for law in laws for angle in getattr(law, "angle_deg", ())}
-    ends = [first, *sorted(angle for angle in bends if first < angle < last), last]
-    parts = [_equal_steps(np.sqrt, a, b, _ANGLE_STEP) for a, b in pairwise(dict.fromkeys(ends))]
-    return np.unique(np.concatenate([*parts, [first]]))
+    pieces = _pieces(config, "angle_deg", config.domain.alpha_deg)
+    parts = [_equal_steps(np.sqrt, a, b, _ANGLE_STEP) for a, b in pieces]
+    return np.unique(np.concatenate([*parts, [config.domain.alpha_deg[0]]]))
+
+
+def _first_speeds(config: Config) -> FloatArray:
+    """Place speeds at equal steps between the ends and the speeds at which a tabulated law bends.
+
+    The first contact of a particle that does not spin has the speed of its impact.
+    """
+    axis, parts = _speed_axis(config, *config.domain.speed), [config.domain.speed[:1]]
+    for low, high in _pieces(config, "speed", config.domain.speed):
+        ends = axis(np.array([low, high]))
+        count = max(np.ceil(abs(np.log(ends[1] / ends[0])) / _SPEED_STEP), 1.0)
+        parts.append(_equal_steps(axis, low, high, abs(ends[1] - ends[0]) / (count - 1e-9)))
+    return np.unique(np.concatenate(parts))
+
+
+def _pieces(
+    config: Config, field: str, ends: tuple[float, float]
+) -> Iterator[tuple[float, float]]:
+    """Split a range at the nodes of the tabulated laws of a pair."""
+    laws, (first, last) = (config.pair.restitution, config.pair.resistance), ends
+    bends = {node for law in laws for node in getattr(law, field, None) or ()}
+    pieces, apart = [first], _LEAST_DISTANCE * (last - first)
+    for node in sorted(bends):
+        if pieces[-1] + apart <= node <= last - apart:
+            pieces.append(node)
+    return pairwise([*pieces, last] if first < last else [first])
 
 
 def most_nodes(config: Config, grid: Grid) -> tuple[int, int]:

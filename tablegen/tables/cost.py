@@ -3,6 +3,7 @@
 import math
 from typing import NamedTuple
 
+from tablegen.fitting.law_conditions import Range
 from tablegen.tables.plan import Plan
 from tablegen.tables.refine import NodeCache
 
@@ -82,7 +83,10 @@ def cost_text(cost: Cost, workers: int | None) -> str:
     if plan.most != plan.first:
         text += f" at first, at most {plan.most[0]} x {plan.most[1]} where the error needs it"
     if plan.leaves:
-        text += f", a spin law of {plan.leaves} leaves"
+        low, high = map(math.degrees, Range.of(plan.config).alpha)
+        text += f", a spin law of {plan.leaves} leaves at {low:.4g} to {high:.4g} degrees"
+        if plan.config.domain.alpha_deg[1] < high or plan.config.domain.alpha_deg[0] > 2.0:
+            text += ", which later hits need whatever domain.alpha_deg is (spin = false: none)"
     text += f"; about {time_text(low, high)} of one processor"
     if cost.done > 0.0:
         text += f" beside the {time_text(cost.done, cost.done)} that are done"

@@ -143,14 +143,14 @@ def _kept_nodes(contents: TableContents, axis: str, low: float, high: float) -> 
 def _spin_law(
     contents: TableContents, cut: dict[str, NDArray[Any]], works: bool
 ) -> dict[str, NDArray[Any]]:
-    """Cut what a spin law covers to the nodes that are kept, and the works, if they go."""
+    """Cut the speeds that a spin law covers to the nodes that are kept, and the works, if they go.
+
+    Its angles stay: grains leave a wall at any angle, and meet the next wall so.
+    """
     speeds = contents["spin/speed_range"].copy()
     if not contents.speed_independent:  # the last one scales the coordinate
         speeds[0] = cut["axes/speed"][0]
-    cut_law = {
-        "spin/alpha_range_deg": cut["axes/alpha_deg"][[0, -1]],
-        "spin/speed_range": speeds,
-    }
+    cut_law = {"spin/speed_range": speeds}
     if works:
         return cut_law
     factors = N_OUTCOMES * (N_OUTCOMES + 1) // 2

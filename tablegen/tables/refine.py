@@ -21,10 +21,9 @@ from tablegen.tables.interpolation_error import ON_EDGES, error_of, interpolatio
 from tablegen.tables.intervals import Grid, Place, Placement, refine
 from tablegen.tables.plan import Plan
 
-#: What helps where the planned nodes do not.
-_REMEDY = (
-    "allow more in [accuracy], or give more components, alpha_nodes_deg or speed_nodes in [table]"
-)
+#: What helps where the planned nodes do not; more is allowed only where little is missed.
+_REMEDY = "give more components, alpha_nodes_deg or speed_nodes in [table]"
+_ALLOW, _LITTLE = "allow more in [accuracy], or ", 2.0
 
 #: Share of the allowed AUC (above 0.5) for the mixture; the rest is for interpolation.
 _CAPACITY = 0.66
@@ -144,7 +143,8 @@ def refine_grid(plan: Plan, cache: NodeCache) -> RefinedGrid:
         placement = refine(plan.grid, measure, *middles(config), plan.most)
     if placement.where is not None and not placement.reached:
         names = counted(placement.grid, [placement.where])
-        missed = [f"{cache.said(size, placement.where, names)}, half-way between nodes; {_REMEDY}"]
+        remedy = _ALLOW * (placement.worst <= _LITTLE) + _REMEDY
+        missed = [f"{cache.said(size, placement.where, names)}, half-way between nodes; {remedy}"]
     nodes, cache.runner.note = cache.fit(size, product(*placement.grid)), ""
     return RefinedGrid(size, placement, nodes, missed)
 

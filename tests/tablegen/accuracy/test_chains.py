@@ -98,10 +98,25 @@ def test_errors_are_those_of_repetitions():
     np.testing.assert_allclose(np.std(signed, axis=0), 1.0, atol=0.3)
 
 
-def test_there_are_no_chains_where_a_table_has_no_flat_angles():
+def test_a_narrow_scene_has_chains_that_begin_at_its_angles():
     assert len(chains_of(DirectTable(CONFIG), CONFIG, 1, 10)) == 2 * len(KINDS)
     few = CONFIG.with_changes({"domain": {"alpha_deg": [29.0, 31.0]}})
-    assert chains_of(DirectTable(CONFIG), few, 1) == []
+    work = chains_of(DirectTable(CONFIG), few, 1, 400)
+    assert len(work) == 2 * len(KINDS)
+    begun = []
+
+    class Wall(DirectTable):
+        def rebound(self, velocity, normal, half_size, **how):
+            begun.append((velocity, normal))
+            return super().rebound(velocity, normal, half_size, **how)
+
+    compare_chain(Wall(few), few, ("all", np.arange(50, dtype="u8")), "any", 1)
+    angles = [
+        np.degrees(np.arcsin(-np.sum(v * n, axis=1) / np.linalg.norm(v, axis=1))) for v, n in begun
+    ]
+    assert ((angles[0] > 28.9) & (angles[0] < 31.1)).all()
+    assert angles[1].min() < 20.0
+    assert angles[1].max() > 70.0
 
 
 @pytest.mark.study  # a minute

@@ -45,9 +45,26 @@ def test_worst_condition_is_judged(name):
 def test_advice_is_a_limit_a_preset_and_a_range():
     numbers = judge([measured(7.0, ks=Estimate(0.0354, 0.001))], TARGETS)
     numbers += judge([measured()], SPIN, "spin_")
-    numbers.append(Judged("spin_chain_ks", Estimate(0.061, 0.001), 0.03, "hit 3"))
+    numbers.append(Judged("spin_chain_ks", Estimate(0.061, 0.001), 0.04, "hit 3"))
     declare, without = advice(numbers).split("; or ")
     assert "ks = 0.036 in [accuracy] and chain_ks = 0.061 in [spin_accuracy]" in declare
     assert "7.00 degrees, 100.0 m/s" in without
     numbers[-1] = numbers[-1]._replace(allowed=0.1)
     assert advice(numbers).split("; or ")[1] == 'preset = "compact"'
+
+
+def test_nobody_is_told_to_declare_what_is_far_off():
+    numbers = judge([measured(53.0, ks=Estimate(0.38, 0.001))], TARGETS)
+    numbers += judge([measured()], SPIN, "spin_")
+    said = advice(numbers)
+    assert "declare" not in said
+    assert said.startswith("ks 0.3800 at 53.00 degrees, 100.0 m/s is 13 times its limit")
+    assert "alpha_nodes_deg or speed_nodes" in said
+    numbers.append(Judged("spin_chain_energy", Estimate(0.8, 0.001), 0.01, "hits 3 to 6, prisms"))
+    first, chains = advice(numbers).split("; spin_chain")
+    assert first == said
+    assert "at hits 3 to 6, prisms" in chains
+    assert "spin_leaves" in chains
+    assert "spin = false" in chains
+    numbers[0] = numbers[0]._replace(estimate=Estimate(float("nan"), 0.0))
+    assert "no number" in advice(numbers)

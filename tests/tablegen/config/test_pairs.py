@@ -110,12 +110,27 @@ class TestSpeed:
         slow, fast = (simulate(config, 0.7, speed, 50, seed=1).state for speed in (60.0, 300.0))
         assert np.allclose(slow, fast, rtol=1e-6, atol=1e-9) is not depends
         abscissa = config.speed_coordinate(np.geomspace(1.0, 1e4, 2000))
-        assert (abscissa > 0.0).all()
         assert (np.diff(abscissa) < 0.0).all()
         axes = make_axes(config)
         assert (axes.speed[0], axes.speed[-1]) == (5.0 if depends else 300.0, 300.0)
         assert (len(axes.speed) == 1) is not depends
         assert (np.diff(axes.speed_coordinate) > 0.0).all() == depends
+
+    def test_speeds_of_a_tabulated_law_are_nodes_between_which_it_is_linear(self):
+        law = {**tabulated([0.9, 0.7], [0.5, 0.4]), "speed": [20.0, 75.0, 400.0]}
+        law["value"] = [[0.9, 0.7, 0.3], [0.5, 0.4, 0.35]]
+        config = with_laws(law).with_changes({"domain": {"extrapolate": True}})
+        axes = make_axes(config)
+        assert {20.0, 75.0} <= set(axes.speed)
+        speeds = np.linspace(axes.speed[0], axes.speed[-1], len(axes.speed_coordinate))
+        of_law = np.interp(speeds, law["speed"], law["value"][0])
+        at_nodes = np.interp(axes.speed, law["speed"], law["value"][0])
+        drawn = np.interp(axes.speed_coordinate, np.arange(len(axes.speed)), at_nodes)
+        np.testing.assert_allclose(drawn, of_law, rtol=0.0, atol=1e-3)
+        # Refused: the same nodes in another abscissa.
+        index = np.interp(-1.0 / speeds, -1.0 / axes.speed, np.arange(len(axes.speed)))
+        other = np.interp(index, np.arange(len(axes.speed)), at_nodes)
+        assert np.abs(other - of_law).max() > 0.01
 
     @pytest.mark.parametrize("law", ["exponential", "power"])
     def test_abscissa_is_the_restitution_at_normal_impact(self, law):

@@ -10,7 +10,7 @@ from scipy.special import ndtri
 from scipy.stats import truncnorm
 
 from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
-from tablegen.config.config import load_config, load_population
+from tablegen.config.config import load_config, load_population, parse_config
 from tablegen.config.grains import GRAINS, named_population
 from tablegen.config.population import FixedAspect, Population, ShapeWeights
 from tablegen.model import shapes
@@ -55,7 +55,9 @@ def test_truncated_normal_law():
 
 class TestParts:
     def test_mixture_keeps_weights_and_meshes_and_drops_spheres(self):
-        mixture = with_shapes(ellipsoid=3.0, prism=0.0, sphere=5.0).restricted_to("mixture")
+        mixture = with_shapes(
+            ellipsoid=3.0, sphere=5.0, tetrahedron=1.0, **{"truncated-prism": 1.0}
+        ).restricted_to("mixture")
         arguments = mixture.kernel_arguments()
         assert arguments.shape_codes.tolist() == [0, 2, 3]
         assert arguments.cumulative_weights.tolist() == [0.6, 0.8, 1.0]
@@ -129,6 +131,21 @@ def test_names_of_grains_stand_for_populations_in_any_configuration():
     assert means == sorted(means)
     changed = {"population": "round"}
     refused("corundum-steel, changed: population", CORUNDUM.with_changes, changed)
+
+
+def test_shapes_that_a_scene_names_replace_those_of_the_pair():
+    assert set(POPULATION.shapes.positive()) == {
+        "ellipsoid", "prism", "truncated-prism", "tetrahedron"
+    }
+    scene = parse_config(
+        'name = "s"\npair = "corundum-steel"\n[population.shapes]\nprism = 1\n', "s.toml"
+    )
+    assert scene.population.shapes.positive() == {"prism": 1.0}
+    assert scene.population.aspect == POPULATION.aspect
+    assert str(scene.population) == "100 % prism; b/a and c/b 0.8 ± 0.2, cut to 0.5 to 1"
+    mesh = {"vertices": grain(50).tolist()}
+    with_mesh = CORUNDUM.with_changes({"population": {"meshes": [mesh]}})
+    assert str(with_mesh.population) == "100 % a mesh"
 
 
 def test_grains_are_a_name_a_pair_or_a_file(tmp_path):

@@ -28,7 +28,7 @@ ROUND = ROUGH.with_changes(
         "spin": True,
         "domain": {"alpha_deg": [2.0, 90.0], "speed": [20.0, 300.0], "extrapolate": True},
         "population": {
-            "shapes": {"prism": 0.0, "truncated-prism": 0.0, "tetrahedron": 0.0},
+            "shapes": {"ellipsoid": 1.0},
             "aspect": {"mean": 0.99, "standard_deviation": 0.01, "range": [0.95, 1.0]},
         },
         "table": {"alpha_nodes_deg": [2.0, 90.0], "speed_nodes": [20.0, 300.0], **SIZES},

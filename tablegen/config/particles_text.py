@@ -1,0 +1,21 @@
+"""A population in one line, from its table in a file: it needs no pydantic, which loads slowly."""
+
+from tablegen.config.scenes import Tree
+
+
+def particles_text(population: Tree) -> str:
+    """Say which particles a population has: shares of shapes and meshes, and the aspect ratios."""
+    weights = {name: weight for name, weight in population.get("shapes", {}).items() if weight > 0.0}
+    parts = list(weights.items())
+    for mesh in population.get("meshes", ()):
+        if mesh.get("weight", 1.0) > 0.0:
+            parts.append((mesh.get("file") or "a mesh", mesh.get("weight", 1.0)))
+    total = sum(weight for _, weight in parts)
+    text = ", ".join(f"{100.0 * weight / total:.3g} % {name}" for name, weight in parts)
+    aspect = population.get("aspect")
+    if not aspect or not weights.keys() - {"sphere"}:
+        return text
+    if "values" in aspect:
+        return text + "; b/a {:g}, c/b {:g}".format(*aspect["values"])
+    law = f"{aspect['mean']:g} ± {aspect['standard_deviation']:g}"
+    return text + f"; b/a and c/b {law}, cut to " + "{:g} to {:g}".format(*aspect["range"])
