@@ -15,6 +15,7 @@ from sampler.arguments import (
     common_shape,
 )
 from sampler.errors import refuse
+from sampler.formats.bounds import SINGLE_ROUNDING
 from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from sampler.library import library
 
@@ -149,7 +150,7 @@ def _known(grain: ArrayLike) -> Reals:
     rows = as_finite("grain", grain)
     codes, ratios = rows[..., 0], rows[..., 1:]
     held = np.isin(codes, [SHAPE_CODES[name] for name in SHAPE_NAMES])
-    held &= ((ratios > 0.0) & (ratios <= 1.0)).all(axis=-1)
+    held &= ((ratios > 0.0) & (ratios <= 1.0 + SINGLE_ROUNDING)).all(axis=-1)
     if not held.all():
         known = ", ".join(f"{SHAPE_CODES[name]} {name}" for name in SHAPE_NAMES)
         given = ", ".join(f"{x:.9g}" for x in rows[~held][0])

@@ -107,6 +107,7 @@ def spin_constants() -> str:
                 "KAPPA_QUANTILES": bounds.N_KAPPA_QUANTILES,
                 "SPIN_CORE": repr(bounds.SPIN_CORE),
                 "EQUAL_MOMENTS": repr(bounds.EQUAL_MOMENTS),
+                "SINGLE_ROUNDING": repr(bounds.SINGLE_ROUNDING),
                 "INERTIA_ROUNDING": repr(bounds.INERTIA_ROUNDING),
                 "FOLD": repr(bounds.FOLD),
                 "LEAST_RATIO": repr(bounds.LEAST_RATIO),

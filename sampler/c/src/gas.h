@@ -171,7 +171,7 @@ RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double di
     const double flank = atan(2.0 * ra / rsm), seen = diameter * sin(flank) < rsm
                                                            ? flank
                                                            : atan(2.0 * rq / rsm);
-    if (seen > RBT_MOST_ROUGHNESS)
+    if (rbti_is_outside(seen, 0.0, RBT_MOST_ROUGHNESS))
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
     *tilt = seen;
     return RBT_OK;

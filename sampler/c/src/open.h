@@ -4,9 +4,9 @@
 
 RBT_API int rbt_open(const char *path, rbt_table **table)
 {
-    RBTI_NEED(table, RBT_ERR_MISSING);
+    RBTI_REQUIRE(table, RBT_ERR_MISSING);
     *table = NULL;
-    RBTI_NEED(path, RBT_ERR_MISSING);
+    RBTI_REQUIRE(path, RBT_ERR_MISSING);
     const int file = open(path, O_RDONLY | O_NONBLOCK); /* a pipe is not waited for */
     if (file < 0)
         return RBT_ERR_NOT_OPENED;
@@ -15,7 +15,8 @@ RBT_API int rbt_open(const char *path, rbt_table **table)
         close(file);
         return RBT_ERR_NOT_READ;
     }
-    if (about.st_size <= 0 || about.st_size >= (off_t)RBTI_MOST_BYTES) {
+    /* not compared as off_t, which has 32 bits on some machines */
+    if (about.st_size <= 0 || (uint64_t)about.st_size >= RBTI_MOST_BYTES) {
         close(file);
         return about.st_size <= 0 ? RBT_ERR_FORMAT : RBT_ERR_SIZE;
     }
@@ -54,9 +55,9 @@ static int rbti_read_file(FILE *file, void **memory, char **image, size_t *size)
 
 RBT_API int rbt_open(const char *path, rbt_table **table)
 {
-    RBTI_NEED(table, RBT_ERR_MISSING);
+    RBTI_REQUIRE(table, RBT_ERR_MISSING);
     *table = NULL;
-    RBTI_NEED(path, RBT_ERR_MISSING);
+    RBTI_REQUIRE(path, RBT_ERR_MISSING);
 #ifdef RBTI_POSIX
     struct stat about; /* opening a pipe would wait */
     if (stat(path, &about) == 0 && !S_ISREG(about.st_mode))

@@ -349,8 +349,8 @@ RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diam
 RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double normal[3],
                                     double critical_speed, const double wall_velocity[3]);
 
-/* An axis of the node grid, rad or m/s. A value from low to high is inside: the ends with the rounding
-   of a unit conversion. coordinate[grid] is the fractional number of the node at equal steps from
+/* An axis of the node grid, rad or m/s. Values from low to high are inside; so are values beyond
+   these ends by no more than rounding to single precision. coordinate[grid] is the fractional number of the node at equal steps from
    origin on, scale of them per rad or m/s; offset is the number of the first of the nodes. */
 typedef struct rbt_axis {
     double first, last, low, high, origin, scale;
@@ -363,7 +363,7 @@ typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots, n_outcomes; /* 0 shapes: no law */
     double least_spin, most_spin; /* squares of the sizes of the spin that it covers */
     double alpha_first, alpha_last, speed_first, speed_last; /* nearest conditions that it draws at */
-    double alpha_low, alpha_high, speed_high; /* its range, with room for rounding */
+    double alpha_low, alpha_high, speed_high; /* its range, for flags */
     double speed_unit, speed_scale, speed_exponent; /* of the coordinate of the speed */
     double aspect[8];
     const int32_t *shape_codes;
@@ -388,7 +388,7 @@ struct rbt_table {
     int32_t n_laws;  /* numbers of the laws of contact; 0: none */
     const double *laws;
     int8_t channels[RBTI_NAMES], marginals[RBTI_NAMES], columns[RBTI_NAMES];
-    uint32_t held; /* bits of the variables among the columns */
+    uint32_t variable_bits; /* bit k: variable k is among the columns */
     int32_t plain; /* whether the columns are the first six variables */
     int8_t mirrored[RBTI_NAMES]; /* whether reflection turns the sign of a row of a factor */
     const float *normals;
