@@ -55,16 +55,30 @@ RBTI_INLINE RBT_DEVICE double rbti_square(double x, double y, double z)
     return x * x + y * y + z * z;
 }
 
-/* Flags of a condition with a spin, without branches: `effective` is its V_e, `square` is the square of
-   the size of the spin, `off` says whether the inertia about it is beyond the grain. */
-RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1, double effective,
-                                           double square, int off)
+/* Speed V_e of all energy at which the spin law is drawn: `speed` is V and `root` that of E. A particle
+   that is faster than the table is drawn at the table's fastest V, with its spin over V/a. */
+RBTI_INLINE RBT_DEVICE double rbti_effective_speed(const rbt_table *table, double speed, double root)
+{
+    const double last = table->speed.last, covered = speed < last ? speed : last;
+    return rbti_bounded(covered * root, table->spin.speed_first, table->spin.speed_last);
+}
+
+/* Flags of a condition with a spin, without branches: `root` is that of E, `square` that of the size
+   of the spin, `off` whether the inertia about it is beyond the grain. Speeds are outside where V is
+   above the table's or V_e = root V is below them, and where V_e is above that of the spin law. */
+RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1, double speed,
+                                           double root, double square, int off)
 {
     const rbt_spin_law *law = &table->spin;
+    const double effective = speed * root;
     const double rounding = 2.0 * RBTI_SINGLE_ROUNDING; /* as of rbti_is_outside, for a square */
     const int beyond = (square < law->least_spin * (1.0 - rounding)) |
                        (square > law->most_spin * (1.0 + rounding));
-    return rbti_flags(table, alpha1, effective) | (beyond | off) * RBT_SPIN;
+    const int fast = rbti_is_outside(effective, table->speed.low, law->speed_high) |
+                     rbti_is_outside(speed, 0.0, table->speed.high);
+    const int far = rbti_is_outside(effective, table->valid_speed[0], table->valid_speed[1]);
+    return rbti_is_outside(alpha1, law->alpha_low, law->alpha_high) * RBT_ANGLE | fast * RBT_SPEED |
+           (beyond | off) * RBT_SPIN | far * RBT_EXTRAPOLATED;
 }
 
 /* Whether an inertia is beyond two moments of inertia by more than single precision rounds; one that is
@@ -104,6 +118,6 @@ RBTI_INLINE RBT_DEVICE int rbti_sphere_flags(const rbt_table *table, double alph
                                              const double spin[3], double inertia)
 {
     const double j = RBTI_SPHERE_INERTIA, square = rbti_square(spin[0], spin[1], spin[2]);
-    return rbti_spin_flags(table, alpha1, speed * sqrt(1.0 + j * square), square,
+    return rbti_spin_flags(table, alpha1, speed, sqrt(1.0 + j * square), square,
                            rbti_inertia_is_beyond(inertia, square, j, j));
 }
