@@ -190,7 +190,7 @@ _deposits = _function("rbt_deposits", _IMPACT | {"wall_velocity": _OPTIONAL}, 0)
 
 @numba.njit(nogil=True)
 def _check_keys(seed: int, index: int, hit: int) -> None:
-    """Refuse keys that would wrap, as -1 to 2**64 - 1: they would be the keys of another particle."""
+    """Refuse keys that would wrap, and so be those of another particle: -1 would be 2**64 - 1."""
     if seed < 0 or index < 0:
         raise ValueError("seed, index: got a negative number, allowed: 0 to 2**64 - 1")
     if hit < 0 or hit > 0xFFFFFFFF:
