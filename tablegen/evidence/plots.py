@@ -175,6 +175,39 @@ def view_picture(drawn: FloatArray, direct: FloatArray, place: str, name: str) -
         return written(figure, name, title, alternative)
 
 
+class Line(NamedTuple):
+    """Angles [degrees] against the numbers of hits, and the look of the line."""
+
+    hits: Sequence[float]
+    degrees: Sequence[float]
+    colour: str
+    style: str = "-"
+
+
+def angles_picture(
+    panels: Mapping[str, Mapping[str, Line]], name: str, title: str, alternative: str
+) -> Picture:
+    """Draw median angles at which grains leave walls against hits, by title of a panel and label.
+
+    Both axes are logarithmic.
+    """
+    with settings():
+        figure = new_figure(10.0, 4.8)
+        columns = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+        labelled = {}
+        for axes, (words, lines) in zip(columns, panels.items(), strict=True):
+            for label, line in lines.items():
+                look = {"color": line.colour, "linestyle": line.style, "linewidth": 1.6}
+                labelled[label] = axes.plot(line.hits, line.degrees, **look)[0]
+            axes.set(xscale="log", yscale="log", xlabel="hit")
+            for axis in (axes.xaxis, axes.yaxis):
+                axis.set_major_formatter("{x:g}")
+            axes.set_title(words, loc="left")
+        columns[0].set_ylabel("median angle at which grains leave [°]")
+        figure.legend(labelled.values(), labelled, loc="outside lower center", ncols=4)
+        return written(figure, name, title, alternative)
+
+
 class Source(NamedTuple):
     """States (n, 6) with a title; of a single state, a point is drawn."""
 

@@ -278,6 +278,7 @@ def leaf_task(
         order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
         impacts = _impacts(config, shape_code, place, order)
         return _rebounds(model, config, impacts, place.turned[order], _stream(key, number))
+
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
         around = rebounds(np.arange(len(place.conditions)), 0)

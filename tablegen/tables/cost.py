@@ -37,7 +37,9 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, done: float) -> Cost
     cache.fit(size, [(alphas[len(alphas) // 2], speeds[len(speeds) // 2])])
     node = cache.runner.seconds - begin
     leaves = sum(
-        (of.leaves + of.nonspinning_leaves) * of.rebounds * (1.0 + of.groups * of.experts / _EXPERTS)
+        (of.leaves + of.nonspinning_leaves)
+        * of.rebounds
+        * (1.0 + of.groups * of.experts / _EXPERTS)
         for of in plan.spin.values()
     )
     ends = []
