@@ -15,6 +15,12 @@ export REBOUND_SAMPLER_INCLUDE="$HERE/../c"
 if [ "$(cat "$FOLDER/plugin/.built-from" 2>/dev/null)" != "$HERE" ]; then
     rm -rf "$FOLDER/plugin"
 fi
+header="$REBOUND_SAMPLER_INCLUDE/rebound_sampler.h"
+[ -f "$header" ] || fail "$header is missing; run: python sampler/c/build.py"
+# wmake overlooks a new header if the header was missing when it first looked for dependencies
+if [ "$header" -nt "$FOAM_USER_LIBBIN/libtabulatedRebound.so" ]; then
+    rm -rf "$FOLDER/plugin/Make/$WM_OPTIONS"
+fi
 mkdir -p "$FOLDER/plugin"
 echo "$HERE" >"$FOLDER/plugin/.built-from"
 cp -r --preserve=timestamps "$HERE/plugin/." "$FOLDER/plugin"

@@ -101,8 +101,6 @@ class TableSettings(Record):
     #: Components of the mixture that carries the dependence.
     components: Annotated[int | None, Field(ge=1, le=4096)] = None
     quantile_knots: Annotated[int | None, Field(ge=17, le=65535), AfterValidator(_odd)] = None
-    #: Make the law exactly symmetric about the impact plane.
-    mirror: bool = False
     #: Spin law: leaves of the tree of a shape, groups of experts in a leaf, experts in a group,
     #: and simulated rebounds of a leaf.
     spin_leaves: Annotated[int | None, Field(ge=1, le=1024)] = None

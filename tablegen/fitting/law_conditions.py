@@ -1,6 +1,6 @@
-"""Conditions to which the spin law is fitted: impacts that occur, their neighbours, and all others.
+"""Conditions to which the spin law is fitted: impacts that occur, those beside them, and all others.
 
-A condition is complete: angle, speed, spin, the inertia about it and the grain decide the law of the
+A condition is complete: angle, speed, spin, the inertia about it and the grain decide the law of a
 rebound, whatever happened to the grain before. So conditions may be spread as flows need them.
 
 - Impacts that occur are those of long chains of hits, on the inside of a cylinder and on walls of
@@ -16,7 +16,6 @@ from collections.abc import Callable
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
@@ -27,7 +26,6 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
-    WALLS,
     Impacts,
     depart,
     energy_factor,
@@ -40,6 +38,10 @@ from tablegen.simulation.impact_chains import (
 #: Angles [degrees] that a spin law covers, whatever a scene's first impacts are: grains leave a
 #: wall at any angle, and meet the next one so.
 LAW_ALPHA_DEG = (0.05, 90.0)
+
+#: Largest V_e over the largest speed V. A particle with more is drawn at this V_e, and counted: few
+#: have a spin of 2.7 V/a and more at the largest speed.
+FASTEST = 2.0
 
 #: Shares of the impacts that occur, half of them early ones, and of their neighbours.
 _OCCUR, _NEIGHBOURS = 0.45, 0.2
@@ -63,17 +65,19 @@ _EVEN, _DEVIATIONS = 0.5, 4.0
 
 
 class Range(NamedTuple):
-    """Impacts that are covered: angles [rad], effective speeds V_e [m/s]."""
+    """Impacts that are covered: angles [rad], speeds V and effective speeds V_e [m/s]."""
 
     alpha: tuple[float, float]
     speed: tuple[float, float]
+    effective: tuple[float, float]
 
     @classmethod
     def of(cls, config: Config) -> Self:
         """Find the range that the spin law of a configuration covers."""
         first, last = min(config.domain.alpha_deg[0], LAW_ALPHA_DEG[0]), LAW_ALPHA_DEG[1]
         low, high = config.speeds
-        return cls((math.radians(first), min(math.radians(last), math.pi / 2.0)), (low, high))
+        alpha = math.radians(first), min(math.radians(last), math.pi / 2.0)
+        return cls(alpha, (low, high), (low, FASTEST * high))
 
 
 def ratio_range(population: Population, shape_code: int) -> FloatArray:
@@ -148,11 +152,15 @@ def grains_of(
     return np.column_stack([np.full(count, float(shape_code)), ratios])
 
 
-def _speeds(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw effective speeds; half are uniform, half are uniform in the logarithm."""
-    low, high = domain.speed
-    logarithm = np.exp(rng.uniform(math.log(low), math.log(high), count))
-    return np.where(rng.random(count) < 0.5, logarithm, rng.uniform(low, high, count))
+def _speeds(low: float, high: float, count: int, rng: np.random.Generator) -> FloatArray:
+    """Draw speeds; half are uniform, half are uniform in the logarithm."""
+    logarithmic = _log_uniform((low, high), count, rng)
+    return np.where(rng.random(count) < 0.5, logarithmic, rng.uniform(low, high, count))
+
+
+def _log_uniform(ends: tuple[float, float], count: int, rng: np.random.Generator) -> FloatArray:
+    """Draw numbers that are uniform in the logarithm."""
+    return np.exp(rng.uniform(math.log(ends[0]), math.log(ends[1]), count))
 
 
 def _angles(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
@@ -172,7 +180,9 @@ def nonspinning_impacts(domain: Range, grains: FloatArray, rng: np.random.Genera
     alpha, steep = _angles(domain, n, rng), rng.random(n) < _STEEP
     low, high = domain.alpha
     alpha[steep] = high - (high - low) * rng.random(int(steep.sum())) ** 2
-    return first_impacts(alpha, _speeds(domain, n, rng), grains, np.arange(n, dtype=np.uint64))
+    return first_impacts(
+        alpha, _speeds(*domain.speed, n, rng), grains, np.arange(n, dtype=np.uint64)
+    )
 
 
 def chain_impacts(
@@ -190,28 +200,32 @@ def chain_impacts(
     """
     count, (least, _) = len(grains), domain.alpha
     impacts = nonspinning_impacts(domain, grains, rng)
-    speed = impacts.speed
-    same, any_way = WALLS.index("same"), WALLS.index("any")
-    walls = np.where(rng.random(count) < _ANY, any_way, same)
+    # half of the chains keep their speed V, and half their V_e
+    speed, keeps = impacts.speed, rng.random(count) < 0.5
+    any_wall = rng.random(count) < _ANY
     after_first, met = np.zeros(count), []
     for hit in range(1, hits):
         departures = depart(model, impacts, seed(hit), threads=1)
         if hit == 1:
             after_first = departures.inertia
-        impacts = next_impacts(departures, walls, rng.random((count, 2)))
+        impacts = next_impacts(departures, any_wall, rng.random((count, 2)))
         alpha = np.maximum(impacts.alpha1, least)
-        impacts = _at_speed(impacts._replace(alpha1=alpha), impacts.spin, impacts.inertia, speed)
+        factor = energy_factor(impacts.spin, impacts.inertia)
+        effective = speed * np.where(keeps, factor, 1.0)
+        impacts = impacts._replace(alpha1=alpha)
+        impacts = _at_speed(impacts, impacts.spin, impacts.inertia, effective, domain)
         met.append(impacts)
     return joined_impacts(met), after_first
 
 
 def _at_speed(
-    impacts: Impacts, spin: FloatArray, inertia: FloatArray, effective: FloatArray
+    impacts: Impacts, spin: FloatArray, inertia: FloatArray, effective: FloatArray, domain: Range
 ) -> Impacts:
-    """Give impacts some spins, shortened to those of the law, and effective speeds."""
+    """Give impacts some spins and effective speeds, as far as the law has them."""
     size = np.linalg.norm(spin, axis=1)
     spin = spin * np.minimum(1.0, SPIN_RANGE[1] / np.maximum(size, 1e-300))[:, None]
-    speed = effective / energy_factor(spin, inertia)
+    factor = energy_factor(spin, inertia)
+    speed = np.minimum(np.minimum(effective, domain.effective[1]) / factor, domain.speed[1])
     return possible(impacts._replace(spin=spin, inertia=inertia, speed=speed))
 
 
@@ -229,7 +243,8 @@ def neighbours(
     alpha = np.clip(impacts.alpha1 * np.exp(_ANGLE * rng.standard_normal(n)), least, most)
     kappa = kappa_of(impacts.inertia, moments) + _KAPPA * rng.standard_normal(n)
     inertia = inertia_at(np.clip(kappa, 0.0, 1.0), moments)
-    return _at_speed(impacts._replace(alpha1=alpha), spin, inertia, _speeds(domain, n, rng))
+    effective = _speeds(*domain.effective, n, rng)
+    return _at_speed(impacts._replace(alpha1=alpha), spin, inertia, effective, domain)
 
 
 def spread_impacts(
@@ -241,10 +256,10 @@ def spread_impacts(
     uniform in kappa, and half are those of any direction of the spin in the grain.
     """
     n = len(grains)
-    slow, most = (np.exp(rng.uniform(*np.log(ends), n)) for ends in (_SLOW, _FAST))
+    slow, fast = (_log_uniform(ends, n, rng) for ends in (_SLOW, _FAST))
     which = rng.random(n)
     size = np.where(which < _SHARES[0], slow, rng.uniform(*_MOST, n))
-    size = np.where(which < sum(_SHARES), size, most)
+    size = np.where(which < sum(_SHARES), size, fast)
     direction = _unit(rng.standard_normal((n, 3)))
     rolling = _unit(0.5 * direction * [1.0, 1.0, 2.0] - [0.0, 0.0, 1.2])
     direction = np.where((rng.random(n) < 0.5)[:, None], rolling, direction)
@@ -252,7 +267,8 @@ def spread_impacts(
     kappa = np.where(rng.random(n) < 0.5, rng.random(n), kappa_of_place(shortest**2))
     impacts = first_impacts(_angles(domain, n, rng), np.ones(n), grains, np.arange(n, dtype="u8"))
     inertia = inertia_at(kappa, moments)
-    return _at_speed(impacts, size[:, None] * direction, inertia, _speeds(domain, n, rng))
+    effective = _speeds(*domain.effective, n, rng)
+    return _at_speed(impacts, size[:, None] * direction, inertia, effective, domain)
 
 
 def kappa_of_place(place: FloatArray) -> FloatArray:

@@ -29,7 +29,7 @@ _SAME = 2e-4
 
 #: Rounding steps, in units of the file, which then compresses: of the coefficients of 1, of the
 #: inputs and of their products, in gates and in means; and of factors.
-_GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (1, 8, 32), (1, 128, 256), 32
+_GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (1, 4, 16), (1, 64, 128), 16
 
 #: Least quantile of p_v, which a file needs from the second knot on, with a margin for rounding.
 _LEAST_V = 2e-9
@@ -76,7 +76,7 @@ def fit_leaf(
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
     centre, scale = centre.astype(np.float32), scale.astype(np.float32)
     used = used_features(varies)
-    t, scores = (inputs - centre) * scale, normal_scores(values, np.ones(values.shape[1]))
+    t, scores = (inputs - centre) * scale, normal_scores(values)
     experts, _ = fit_experts(
         features(t)[:, used], t[:, varies], scores, sizes.groups, sizes.experts, rng
     )

@@ -40,21 +40,10 @@ def _in_order(values: FloatArray, given: FloatArray) -> FloatArray:
     return placed
 
 
-def normal_scores(channels: FloatArray, mirror: FloatArray) -> FloatArray:
-    """Compute the normal scores of each channel of a sample (n, d).
-
-    A channel that changes sign under the mirror, with -1 in ``mirror`` (d,), is scored by the rank
-    of its absolute value: its scores are those of the sample together with its reflection.
-    """
-    scores, ranks = np.empty_like(channels), (np.arange(len(channels)) + 0.5) / len(channels)
-    plain, folded = ndtri(ranks), ndtri(0.5 + 0.5 * ranks)
-    for j, sign in enumerate(mirror):
-        column = channels[:, j]
-        if sign > 0.0:
-            scores[:, j] = _in_order(column, plain)
-        else:
-            scores[:, j] = np.copysign(_in_order(np.abs(column), folded), column)
-    return scores
+def normal_scores(channels: FloatArray) -> FloatArray:
+    """Compute the normal scores of each channel of a sample (n, d)."""
+    quantiles = ndtri((np.arange(len(channels)) + 0.5) / len(channels))
+    return np.column_stack([_in_order(column, quantiles) for column in channels.T])
 
 
 def mixture_probabilities(mixture: Mixture, variates: FloatArray) -> FloatArray:
@@ -76,24 +65,14 @@ def variate_knots(count: int) -> FloatArray:
     return np.concatenate([-half[:0:-1], half])
 
 
-def quantile_knots(
-    channels: FloatArray, probabilities: FloatArray, mirror: FloatArray
-) -> FloatArray:
-    """Compute the quantiles of each channel of a sample (n, d) at probabilities (d, m).
-
-    A channel with -1 in ``mirror`` (d,) gets the quantiles of the sample together with its
-    reflection, which are odd about the median; its probabilities are symmetric about 1/2.
-    """
-    quantiles = np.empty(probabilities.shape)
-    for j, sign in enumerate(mirror):
-        column = channels[:, j]
-        if sign > 0.0:
-            quantiles[j] = np.quantile(column, probabilities[j], method="hazen")
-        else:
-            doubled = np.concatenate([column, -column])
-            row = np.quantile(doubled, probabilities[j], method="hazen")
-            quantiles[j] = 0.5 * (row - row[::-1])
-    return quantiles
+def quantile_knots(channels: FloatArray, probabilities: FloatArray) -> FloatArray:
+    """Compute the quantiles of each channel of a sample (n, d) at probabilities (d, m)."""
+    return np.array(
+        [
+            np.quantile(column, row, method="hazen")
+            for column, row in zip(channels.T, probabilities, strict=True)
+        ]
+    )
 
 
 def rounded_quantiles(quantiles: NDArray[Any]) -> NDArray[np.float32]:
@@ -101,7 +80,7 @@ def rounded_quantiles(quantiles: NDArray[Any]) -> NDArray[np.float32]:
 
     Zeros at the end of a number compress: a file gets a third smaller. The first and the last
     quantile, which bound the draws, stay the same, and so do quantiles that equal a neighbour.
-    Quantiles that are odd about the median stay odd. All are non-decreasing along the last axis.
+    All are non-decreasing along the last axis.
     """
     values = quantiles.astype(np.float64)
     gaps = np.diff(values, axis=-1)

@@ -14,8 +14,8 @@ with a probability q_k of its own,
 
     p(z) = sum_k pi_k ((1 - q_k) N(z; mu_k, S_k) + q_k N(M z; mu_k, S_k)),
 
-so that a stored component counts twice where the law is symmetric, and once where it is not. With
-all q_k = 1/2 the symmetry is exact. M only changes the sign of some monomials, so the reflected
+so that a stored component counts twice where the law is symmetric, and once where it is not. M only
+changes the sign of some monomials, so the reflected
 part needs no features of its own.
 """
 
@@ -119,7 +119,7 @@ def _expectation(features: Features, mixture: Mixture) -> tuple[FloatArray, floa
 
 
 def _maximisation(
-    statistics: FloatArray, mixture: Mixture, points: int, free: bool
+    statistics: FloatArray, mixture: Mixture, points: int
 ) -> tuple[Mixture, FloatArray]:
     """Mixture that maximises the expected likelihood, and the statistics it was made from.
 
@@ -138,7 +138,7 @@ def _maximisation(
     second[:, j, i] = second[:, i, j]
     covariance = second - mean[:, :, None] * mean[:, None, :] + RIDGE * np.eye(dimension)
     reflection = mixture.reflection[alive]
-    if free:
+    if bool((mixture.signs < 0.0).any()):
         reflection = np.clip(statistics[:, -1] / mass, _LEAST_PART, 1.0 - _LEAST_PART)
     maximal = Mixture(mass / mass.sum(), mean, covariance, reflection, mixture.signs)
     return maximal, statistics
@@ -163,17 +163,16 @@ def _mirror_signs(signs: FloatArray) -> FloatArray | None:
     return monomials(signs[None])[0] if bool((signs < 0.0).any()) else None
 
 
-def iterate(mixture: Mixture, features: Features, free: bool) -> tuple[Mixture, float]:
+def iterate(mixture: Mixture, features: Features) -> tuple[Mixture, float]:
     """Take one iteration of EM over the `monomials` of a sample.
 
-    Returns the mixture, and the mean log-likelihood before the step. Probabilities of reflection
-    are fitted if they are free.
+    Returns the mixture, and the mean log-likelihood before the step.
     """
     statistics, likelihood = _expectation(features, mixture)
-    return _maximisation(statistics, mixture, len(features), free)[0], likelihood
+    return _maximisation(statistics, mixture, len(features))[0], likelihood
 
 
-def _stepwise(mixture: Mixture, features: Features, free: bool) -> Mixture:
+def _stepwise(mixture: Mixture, features: Features) -> Mixture:
     """Improve a mixture block by block."""
     size = max(_POINTS_PER_COMPONENT * len(mixture.weight), _LEAST_BLOCK)
     blocks = max(len(features) // size, 1)
@@ -187,7 +186,7 @@ def _stepwise(mixture: Mixture, features: Features, free: bool) -> Mixture:
         if average is not None:
             step = (k + _DELAY) ** -_DECAY
             statistics = (1.0 - step) * average + step * statistics
-        mixture, average = _maximisation(statistics, mixture, len(features), free)
+        mixture, average = _maximisation(statistics, mixture, len(features))
     return mixture
 
 
@@ -196,7 +195,6 @@ def fit_mixture(
     components: int,
     rng: np.random.Generator,
     signs: FloatArray,
-    symmetric: bool,
 ) -> Mixture:
     """Fit a Gaussian mixture with full covariances to normal scores (n, d) in random order.
 
@@ -210,14 +208,11 @@ def fit_mixture(
         Chooses the starting points.
     signs : (d,) float64
         Signs of the channels under reflection; all ones if there is none.
-    symmetric : bool
-        Whether all components are reflected with probability 1/2; else probabilities are fitted.
     """
-    free = not symmetric and bool((signs < 0.0).any())
     # with more points than this on average, one component at least is always alive
     most = max((len(z) - 1) // (z.shape[1] + 1), 1)
     mixture = _start(z, min(components, most), signs, rng)
     features = monomials(z).astype(np.float32)
-    mixture = _stepwise(mixture, features, free)
+    mixture = _stepwise(mixture, features)
     # one iteration on the whole sample settles the weights
-    return iterate(mixture, features, free)[0]
+    return iterate(mixture, features)[0]

@@ -59,16 +59,10 @@ class NodeArrays(NamedTuple):
 
 
 class FittedChannels(NamedTuple):
-    """Channels to fit, their signs under reflection, and whether that symmetry is exact."""
+    """Channels to fit, and their signs under reflection."""
 
     names: tuple[str, ...]
     signs: FloatArray
-    symmetric: bool
-
-    @property
-    def mirror(self) -> FloatArray:
-        """Signs of the channels under an exact symmetry; all ones if there is none."""
-        return self.signs if self.symmetric else np.ones_like(self.signs)
 
 
 class _Packed(NamedTuple):
@@ -84,7 +78,7 @@ def fitted_channels(config: Config) -> FittedChannels:
     """List the channels that the variables of a configuration need."""
     names = channels_for(config.domain.columns)
     signs = np.array([-1.0 if name in MIRRORED else 1.0 for name in names])
-    return FittedChannels(names, signs, config.table.mirror and bool((signs < 0.0).any()))
+    return FittedChannels(names, signs)
 
 
 def _factor_steps(factor: NDArray[np.floating[Any]]) -> NDArray[np.int16]:
@@ -164,16 +158,16 @@ def _fit_classes(
         if share == 0:
             # never drawn at this node, but averaged with neighbours that have such rebounds
             normal = np.broadcast_to(ndtr(knots), (len(fitted.names), len(knots)))
-            quantiles.append(quantile_knots(channels, normal, fitted.mirror))
+            quantiles.append(quantile_knots(channels, normal))
             continue
         part = channels[kind == k]
         apart = part + rng.uniform(-_TIES, _TIES, part.shape)
-        points = normal_scores(apart, fitted.mirror)[: _POINTS_PER_COMPONENT * share]
-        mixture = fit_mixture(points, share, rng, fitted.signs, fitted.symmetric)
+        points = normal_scores(apart)[: _POINTS_PER_COMPONENT * share]
+        mixture = fit_mixture(points, share, rng, fitted.signs)
         packed = _packed(mixture, share)
         parts.append(packed._replace(weight=packed.weight * count[k]))
         probabilities = mixture_probabilities(_as_stored(mixture), knots)
-        quantiles.append(quantile_knots(part, probabilities, fitted.mirror))
+        quantiles.append(quantile_knots(part, probabilities))
     whole = _Packed(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
     probability, alias = alias_table(whole.weight)
     return NodeArrays(

@@ -45,8 +45,8 @@ def resolution(config: Config, components: int | None = None) -> Resolution:
 class SpinSizes(NamedTuple):
     """Sizes of a spin law."""
 
-    leaves: int  # of a shape, for conditions with spin
-    nonspinning_leaves: int  # of a shape, for conditions without
+    leaves: int  # for conditions with spin
+    nonspinning_leaves: int  # for conditions without
     groups: int  # of a leaf; a file has room for 8
     experts: int  # of a group; a file has room for 16
     rebounds: int  # for the fit of a leaf, and as many again for its quantiles
@@ -57,33 +57,46 @@ class SpinSizes(NamedTuple):
         """Number of conditions with spin that are drawn for a shape."""
         return max(int(_CONDITIONS * self.rebounds * self.leaves), 1000)
 
-    def of_shape(self, shape_code: int) -> "SpinSizes":
-        """Sizes of one shape; spheres need few leaves, because their rebounds are not random."""
-        if shape_code != SHAPE_CODES["sphere"]:
-            return self
-        return self._replace(leaves=max(self.leaves // 4, 1), nonspinning_leaves=1)
+    def of_share(self, share: float) -> "SpinSizes":
+        """Sizes with a share of the leaves."""
+        leaves, others = (math.ceil(share * n) for n in (self.leaves, self.nonspinning_leaves))
+        return self._replace(leaves=max(leaves, 1), nonspinning_leaves=max(others, 1))
 
 
 #: Sizes by preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
-    "compact": SpinSizes(80, 64, 8, 8, 60_000, 65),
-    "standard": SpinSizes(176, 128, 8, 16, 100_000, 97),
-    "fine": SpinSizes(384, 160, 8, 16, 160_000, 129),
+    "compact": SpinSizes(85, 35, 8, 8, 150_000, 65),
+    "standard": SpinSizes(170, 75, 8, 16, 200_000, 97),
+    "fine": SpinSizes(384, 160, 8, 16, 300_000, 129),
 }
 
+#: How many leaves a shape gets over others: ellipsoids settle into rolling, where the law is steep,
+#: and rebounds of spheres are not random.
+_MORE_LEAVES = {SHAPE_CODES["ellipsoid"]: 2.0, SHAPE_CODES["sphere"]: 0.25}
 
-def spin_sizes(config: Config) -> SpinSizes:
-    """Find the sizes that a configuration names, or those of its preset of accuracy.
 
-    All shapes share the leaves of a preset, so that tables of few shapes are as large and finer.
+def spin_sizes(config: Config) -> dict[int, SpinSizes]:
+    """Find the sizes of each shape: those that a configuration names, or of its preset of accuracy.
+
+    All shapes share the leaves of a preset, so that tables of few shapes are as large and finer. A
+    configuration names the leaves of one shape.
     """
     table, preset = config.table, SPIN_SIZES[config.accuracy.preset]
-    shapes = len(config.population.kernel_arguments().shape_codes)
-    nonspinning_leaves = math.ceil(preset.nonspinning_leaves / shapes)
-    return preset._replace(
-        leaves=table.spin_leaves or math.ceil(preset.leaves / shapes),
-        nonspinning_leaves=min(nonspinning_leaves, table.spin_leaves or nonspinning_leaves),
+    preset = preset._replace(
         groups=table.spin_groups or preset.groups,
         experts=table.spin_experts or preset.experts,
         rebounds=table.spin_rebounds or preset.rebounds,
     )
+    codes = [int(code) for code in config.population.kernel_arguments().shape_codes]
+    weights = {code: _MORE_LEAVES.get(code, 1.0) for code in codes}
+    total = sum(weights.values())
+    sizes = {code: preset.of_share(weight / total) for code, weight in weights.items()}
+    if table.spin_leaves is None:
+        return sizes
+    return {
+        code: own._replace(
+            leaves=max(math.ceil(min(weights[code], 1.0) * table.spin_leaves), 1),
+            nonspinning_leaves=min(own.nonspinning_leaves, table.spin_leaves),
+        )
+        for code, own in sizes.items()
+    }

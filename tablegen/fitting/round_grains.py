@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from sampler.formats.bounds import LEAST_FLATNESS
 from tablegen.config.config import Config
 from tablegen.config.population import Population
-from tablegen.model.float_array import FloatArray
 from tablegen.fitting.spin_coordinates import outcomes_of
+from tablegen.model.float_array import FloatArray
 from tablegen.model.impacts import GRAZING
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import Impacts, energy_factor

@@ -142,7 +142,7 @@ def _covered(config: Config, codes: list[int]) -> dict[str, NDArray[Any]]:
         "spin/aspect": arguments.aspect,
         "spin/speed_coordinate": np.array(speed_coordinate(config)),
         "spin/alpha_range_deg": np.degrees(Range.of(config).alpha),
-        "spin/speed_range": np.array(Range.of(config).speed),
+        "spin/speed_range": np.array(Range.of(config).effective),
         "spin/spin_range": np.array(SPIN_RANGE),
         "spin/shape_inertia": np.array(
             [inertia_coefficients(config.population, code) for code in codes]
@@ -173,7 +173,7 @@ def speed_coordinate(config: Config) -> SpeedCoordinate:
         own = SpeedCoordinate(law.coefficient, law.exponent)
         if all(SPEED_COORDINATE[0] <= number <= SPEED_COORDINATE[1] for number in own):
             return own
-    half = _HALF_WAY * Range.of(config).speed[1]
+    half = _HALF_WAY * Range.of(config).effective[1]
     return SpeedCoordinate(math.log(2.0) / half**_EXPONENT, _EXPONENT)
 
 
@@ -221,7 +221,7 @@ def _grown(
     shape_code = int(impacts.grain[0, 0])
     if not config.pair.restitution.depends_on_speed:
         # all at one V_e: no leaf is cut in it
-        speed = config.speeds[1] / energy_factor(impacts.spin, impacts.inertia)
+        speed = Range.of(config).effective[1] / energy_factor(impacts.spin, impacts.inertia)
         impacts = impacts._replace(speed=speed)
     moments = moments_of(config.population, shape_code, impacts.grain[:, 1:])
     plain = inputs_of(impacts, moments, speed_coordinate(config))

@@ -13,8 +13,8 @@ from tablegen.model.float_array import FloatArray
 class StoredExperts(NamedTuple):
     """Experts of a leaf as stored in a file: int16, 8 groups of 16 experts.
 
-    ``group_gate`` (23, 8), ``gate`` (8, 23, 16), ``mean`` (128, 23, 6), ``factor`` (128, 21);
-    with works (128, 23, 8) and (128, 36).
+    ``group_gate`` (30, 8), ``gate`` (8, 30, 16), ``mean`` (128, 30, 7), ``factor`` (128, 28);
+    with works (128, 30, 8) and (128, 36).
     """
 
     group_gate: NDArray[np.int16]
@@ -26,7 +26,7 @@ class StoredExperts(NamedTuple):
 def bounded_scores(
     stored: StoredExperts, features: FloatArray, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Draw scores zeta (n, outcomes), from -6 to 6, of a leaf at features (n, 23)."""
+    """Draw scores zeta (n, outcomes), from -6 to 6, of a leaf at features (n, 30)."""
     outcomes = stored.mean.shape[-1]
     single = features.astype(np.float32)
     scores = rng.standard_normal((len(features), outcomes), dtype=np.float32)

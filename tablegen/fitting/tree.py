@@ -111,7 +111,7 @@ def _best_cut(
     if size > _COMPARED:
         rows = rng.choice(rows, _COMPARED, replace=False)
     x = inputs[rows]
-    scores = normal_scores(outcomes[rows], np.ones(outcomes.shape[1]))
+    scores = normal_scores(outcomes[rows])
     whole, best = _spread(x, scores), None
     for column in range(x.shape[1]):
         value = float(np.median(x[:, column]))

@@ -63,7 +63,7 @@ def starting_config(data: Measurements, population: Tree) -> Config:
         "name": "start",
         "pair": {**pair, "restitution": restitution, "resistance": resistance},
         "population": population,
-        "domain": {"alpha_deg": [0.5, 90.0], "speed": ends, "extrapolate": True},
+        "domain": {"alpha_deg": [0.05, 90.0], "speed": ends, "extrapolate": True},
     }
     return parse_config(tomli_w.dumps(tree), "start")
 

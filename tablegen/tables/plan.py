@@ -38,11 +38,7 @@ class Plan:
 
 def make_plan(config: Config) -> Plan:
     """Decide on the first grid and the sizes; refuses a range that no grid can cover."""
-    grid, spin = first_grid(config), dict[int, SpinSizes]()
-    if config.spin:
-        whole = spin_sizes(config)
-        codes = config.population.kernel_arguments().shape_codes
-        spin = {int(code): whole.of_shape(int(code)) for code in codes}
+    grid, spin = first_grid(config), spin_sizes(config) if config.spin else {}
     named = config.table.components
     sizes = tuple(resolution(config, k) for k in ([named] if named else _ladder(config)))
     return Plan(config, grid, most_nodes(config, grid), sizes, spin)

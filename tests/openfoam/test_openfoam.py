@@ -58,7 +58,7 @@ def share_off(fields, velocity, omega, inertia):
     off = np.abs(fields["U"] - velocity).max(axis=1) > 1e-6
     # spins of ten million rad/s, of which twelve digits are written
     off |= np.abs(fields["omega"] - omega).max(axis=1) > 1.0
-    return np.mean(off | (np.abs(fields["inertia"] - inertia) > 1e-9))
+    return np.mean(off | (np.abs(fields["inertia"] - inertia) > 1e-6))
 
 
 def last_counts(log):

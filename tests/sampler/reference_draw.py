@@ -231,6 +231,7 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     w = [int(word) for word in words]
     # 1. condition
     alphas, speeds = np.deg2rad(contents["spin/alpha_range_deg"]), contents["spin/speed_range"]
+    speed = min(speed, contents["axes/speed"][-1])
     before = reference_before(contents, speed, spin, inertia, grain, w)
     spin, inertia, kappa, energy, effective = before
     size = math.sqrt(spin @ spin)

@@ -453,6 +453,14 @@ class TestCounts:
         strict.sample(0.5, 60.0, spin=(0.0, 0.0, 1.0), **given)  # below 50 m/s is no cause
 
 
+@pytest.mark.parametrize(("place", "value"), [(32, 1.1), (0, -0.1), (5, 0.999), (9, np.nan)])
+def test_wrong_quantiles_of_kappa_are_refused(place, value):
+    quantiles = CONTENTS["spin/kappa_quantiles"].copy()
+    quantiles[1, place] = value
+    with pytest.raises(InputError, match=r"^spin/kappa_quantiles: got"):
+        replace(CONTENTS, datasets=CONTENTS.datasets | {"spin/kappa_quantiles": quantiles})
+
+
 REFUSED_INERTIAS = [-1e-300, np.nan, np.inf, "heavy", [0.3, -0.1]]
 
 

@@ -2,20 +2,62 @@
 
 import numpy as np
 
+from sampler.formats.bounds import CONDITIONS
+from tablegen.fitting.law_conditions import LAW_ALPHA_DEG
+from tablegen.fitting.spin_coordinates import SPIN_RANGE
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import depart, occurring_impacts
+from tablegen.simulation.impact_chains import (
+    depart,
+    effective_speed,
+    first_impacts,
+    joined_impacts,
+    next_impacts,
+)
+
+#: Impacts that a particle has before its chain ends; each gives one of those after the first.
+_HITS = 6
+
+
+def _occurring(config, model, seed, index):
+    """One impact with spin of each of some particles that is within the law of a table.
+
+    Half of the particles meet the same wall again and again, half walls of any direction.
+    """
+    rng, n = np.random.default_rng(seed), len(index)
+    alpha1 = np.radians(rng.uniform(*config.domain.alpha_deg, n))
+    speed = rng.uniform(*config.domain.speed, n)
+    impacts = first_impacts(alpha1, speed, model.grains(seed, index), index)
+    any_wall, wanted, taken = rng.random(n) < 0.5, rng.integers(1, _HITS, n), []
+    for number in range(1, _HITS):
+        departures = depart(model, impacts, seed, threads=1)
+        impacts = next_impacts(departures, any_wall, rng.random((len(any_wall), 2)))
+        covered = impacts.alpha1 >= np.radians(LAW_ALPHA_DEG[0])
+        covered &= effective_speed(impacts) >= config.speeds[0]
+        covered &= np.linalg.norm(impacts.spin, axis=1) <= SPIN_RANGE[1]
+        taken.append(impacts.of(covered & (wanted == number)))
+        going = covered & (wanted > number)
+        impacts, any_wall, wanted = impacts.of(going), any_wall[going], wanted[going]
+    return joined_impacts(taken)
 
 
 def chain_sample(config, most_spin_z=np.inf):
-    """Impacts of chains, states and works after as many others, and a bound of KS distances.
+    """Impacts of chains, departures after as many others, and a bound of KS distances.
 
     Of equal laws, a variable exceeds the bound with p = 0.001. Spins along z are smaller than
     ``most_spin_z``.
     """
     model, index = DirectModel(config), np.arange(8000, dtype=np.uint64)
-    both = (occurring_impacts(config, model, 3, index + np.uint64(k)) for k in (0, 8000))
+    both = (_occurring(config, model, seed, index) for seed in (3, 4))
     impacts, others = (some.of(some.spin[:, 2] < most_spin_z) for some in both)
-    left = depart(model, others, 3)
+    left = depart(model, others, 3, threads=1)
     sizes = 1.0 / len(others.index) + 1.0 / len(impacts.index)
-    bound = np.sqrt(0.5 * np.log(2.0 / 1e-3) * sizes)
-    return impacts, np.hstack([left.states, left.works]), bound
+    return impacts, left, np.sqrt(0.5 * np.log(2.0 / 1e-3) * sizes)
+
+
+def folded_inputs(n, rng, spinning=True):
+    """Inputs of the spin law, (n, 8), uniform over what conditions have after the fold."""
+    low = [0.03, 0.0, 0.0, -2.0, -2.0, 0.0, 0.5, 0.5]
+    high = [1.25, 0.7, 2.0, 2.0, 2.0, 1.0, 1.0, 1.0]
+    inputs = rng.uniform(low, high, (n, 8))
+    inputs[:, 2 : len(CONDITIONS)] *= spinning
+    return inputs

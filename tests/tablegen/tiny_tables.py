@@ -26,7 +26,6 @@ TINY = load_config("corundum-steel").with_changes(
             "samples_per_node": 6000,
             "components": 16,
             "quantile_knots": 65,
-            "mirror": True,
             "alpha_nodes_deg": [35.0, 45.0],
             "speed_nodes": [60.0, 300.0],
         },

@@ -48,7 +48,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_
                                                        const double *effective, double *values)
 {
     const float exponent = (float)law->speed_exponent, scale = -(float)law->speed_scale;
-    const double last = law->speed_last;
+    const double last = law->speed_unit;
     float y[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r) {
         const float power = exponent * rbti_logarithm_to_two((float)(effective[r] / last));
@@ -174,9 +174,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
         const double sign = rbti_mirror_sign(scale * x, d->words[r], d->words[m + r]);
         const double sigma_x = sign * (scale * x), sigma_y = sign * (scale * y);
         const double sigma_z = scale * z;
-        const double speed = d->speed[r] * root;
-        flags[r] = rbti_spin_flags(table, d->alpha1[r], speed, square, off[r]);
-        effective[r] = rbti_bounded(speed, law->speed_first, law->speed_last);
+        flags[r] = rbti_spin_flags(table, d->alpha1[r], d->speed[r], root, square, off[r]);
+        effective[r] = rbti_effective_speed(table, d->speed[r], root);
         inputs[RBTI_IN_ROOT_ANGLE * m + r] =
             sqrt(rbti_bounded(d->alpha1[r], law->alpha_first, law->alpha_last));
         inputs[RBTI_IN_SIGMA_X * m + r] = sigma_x;

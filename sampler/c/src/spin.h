@@ -55,13 +55,28 @@ RBTI_INLINE RBT_DEVICE double rbti_square(double x, double y, double z)
     return x * x + y * y + z * z;
 }
 
-/* Flags of a condition with a spin, without branches: `effective` is its V_e, `square` that of the size
-   of the spin, `off` whether the inertia about it is beyond the grain. */
-RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1, double effective,
-                                           double square, int off)
+/* Speed V_e of all energy at which the spin law is drawn: `speed` is V and `root` that of E. A particle
+   that is faster than the table is drawn at the table's fastest V, with its spin over V/a. */
+RBTI_INLINE RBT_DEVICE double rbti_effective_speed(const rbt_table *table, double speed, double root)
 {
-    const int beyond = (square < table->spin.least_spin) | (square > table->spin.most_spin);
-    return rbti_flags(table, alpha1, effective) | (beyond | off) * RBT_SPIN;
+    const double last = table->speed.last, covered = speed < last ? speed : last;
+    return rbti_bounded(covered * root, table->spin.speed_first, table->spin.speed_last);
+}
+
+/* Flags of a condition with a spin, without branches: `root` is that of E, `square` that of the size
+   of the spin, `off` whether the inertia about it is beyond the grain. Speeds are outside where V is
+   above the table's or V_e = root V is below them, and where V_e is above that of the spin law. */
+RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1, double speed,
+                                           double root, double square, int off)
+{
+    const rbt_spin_law *law = &table->spin;
+    const double effective = speed * root;
+    const int beyond = (square < law->least_spin) | (square > law->most_spin);
+    const int angle = (alpha1 < law->alpha_low) | (alpha1 > law->alpha_high);
+    const int fast = (effective < table->speed.low) | (speed > table->speed.high) |
+                     (effective > law->speed_high);
+    const int far = (effective < table->valid_speed[0]) | (effective > table->valid_speed[1]);
+    return angle * RBT_ANGLE | fast * RBT_SPEED | (beyond | off) * RBT_SPIN | far * RBT_EXTRAPOLATED;
 }
 
 /* Whether an inertia is beyond two moments of inertia by more than single precision rounds; one that is
@@ -100,6 +115,6 @@ RBTI_INLINE RBT_DEVICE int rbti_sphere_flags(const rbt_table *table, double alph
                                              const double spin[3], double inertia)
 {
     const double j = RBTI_SPHERE_INERTIA, square = rbti_square(spin[0], spin[1], spin[2]);
-    return rbti_spin_flags(table, alpha1, speed * sqrt(1.0 + j * square), square,
+    return rbti_spin_flags(table, alpha1, speed, sqrt(1.0 + j * square), square,
                            rbti_is_beyond(inertia, square, j, j));
 }

@@ -97,18 +97,20 @@ def test_sums_of_products():
 
 def test_a_known_law_is_recovered():
     """Two experts with opposite slopes, chosen by the sign of the second input."""
-    t = RNG.normal(size=(6000, 7))
+    t = RNG.normal(size=(6000, 8))
     t[:, 2:] *= 0.3
     chosen = 1.0 / (1.0 + np.exp(-6.0 * t[:, 1]))
     second = RNG.random(len(t)) < chosen
     mean = np.where(second, 1.0 + t[:, 0], -1.0 - 0.5 * t[:, 0])[:, None]
-    scores = mean + 0.3 * RNG.normal(size=(len(t), 6))
+    scores = mean + 0.3 * RNG.normal(size=(len(t), 7))
     fitted, likelihood = fit_experts(features(t), t, scores, 1, 2, np.random.default_rng(1))
     right = np.where(second, chosen, 1.0 - chosen)
     density = -0.5 * np.sum(((scores - mean) / 0.3) ** 2, axis=1)
-    density -= 6.0 * np.log(0.3 * np.sqrt(2.0 * np.pi))
-    # the two hardly overlap, so this is the likelihood of the truth
-    assert likelihood == pytest.approx(float(np.mean(density + np.log(right))), abs=0.05)
+    density -= 7.0 * np.log(0.3 * np.sqrt(2.0 * np.pi))
+    # the two hardly overlap, so this is the likelihood of the truth; free numbers add a half each
+    free = 2 * (7 * 30 + 28) + 30
+    truth = float(np.mean(density + np.log(right)))
+    assert likelihood == pytest.approx(truth + 0.5 * free / len(t), abs=0.05)
     deviations = np.sqrt(np.einsum("kij,kij->ki", fitted.factor, fitted.factor))
     np.testing.assert_allclose(deviations, 0.3, rtol=0.1)
     # with the slopes exchanged, the law is worse
@@ -120,7 +122,7 @@ def test_a_known_law_is_recovered():
 @pytest.mark.parametrize("n", [5, 60, 3000])
 def test_hard_samples_give_finite_numbers(n):
     """Outcomes that are constant, functions of the condition, and equal to another outcome."""
-    t, scores = RNG.normal(size=(n, 7)), RNG.normal(size=(n, 6))
+    t, scores = RNG.normal(size=(n, 8)), RNG.normal(size=(n, 7))
     scores[:, 1], scores[:, 2], scores[:, 3] = 0.0, t[:, 0], scores[:, 0]
     fitted, likelihood = fit_experts(features(t), t, scores, 2, 8, np.random.default_rng(2))
     for part in (fitted.group_gate, fitted.gate, fitted.mean, fitted.factor, likelihood):

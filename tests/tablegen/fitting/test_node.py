@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from corrupt_tables import independent_channels, independent_columns
 
-from sampler.formats.channels import MIRRORED, STATE, VARIABLES, WORKS
+from sampler.formats.channels import STATE, VARIABLES, WORKS
 from sampler.table import Table
 from tablegen.accuracy.metrics import Settings, auc, correlation_error, ks_distances
 from tablegen.config.config import load_config
@@ -18,7 +18,6 @@ from tablegen.tables.axes import make_axes
 
 ALPHA_DEG, SPEED = 35.0, 150.0
 N, N_NODE = 20_000, 12_000
-SMALL = {"samples_per_node": 1000, "components": 4, "quantile_knots": 33, "mirror": True}
 USUAL = {"samples_per_node": N_NODE, "components": 32, "quantile_knots": 129}
 
 #: N draws from the law of N_NODE states are compared with N fresh states. The difference of two
@@ -50,14 +49,6 @@ def simulated(config, count=N, alpha_deg=ALPHA_DEG, seed=4, stream=77):
     return simulate(config, np.radians(alpha_deg), SPEED, count, **keys)
 
 
-def test_mirror_makes_a_node_exactly_symmetric():
-    node = fit_node(node_config(**SMALL), ALPHA_DEG, SPEED)
-    np.testing.assert_array_equal(node.quantiles[:, 3:], -node.quantiles[:, 3:, ::-1])
-    np.testing.assert_array_equal(node.reflection, 2048)
-    plain = fit_node(node_config(**SMALL | {"mirror": False}), ALPHA_DEG, SPEED)
-    assert (plain.quantiles[:, 3:] != -plain.quantiles[:, 3:, ::-1]).any()
-
-
 def test_spare_components_are_never_drawn():
     """A hundred particles are too few for 64 components: some places stay empty."""
     config = node_config(samples_per_node=100, components=64, quantile_knots=33)
@@ -75,7 +66,7 @@ def test_numbers_beyond_the_steps_of_a_file_are_an_error():
 
 
 def test_draws_match_the_simulation():
-    config = node_config(**USUAL, mirror=True)
+    config = node_config(**USUAL)
     table, direct = one_node_table(config), simulated(config).state
     drawn = draws(table)
     assert ks_distances(drawn, direct).max() < KS_BOUND
@@ -108,8 +99,7 @@ def test_draws_of_a_scene_match_the_simulation(columns):
         assert drawn[:, -len(WORKS) :].min() > 0.0
 
 
-@pytest.mark.parametrize("mirror", [False, True])
-def test_draws_have_the_marginals_of_the_sample(mirror):
+def test_draws_have_the_marginals_of_the_sample():
     """The sample is known, so the noise is that of the draws.
 
     They exceed the root with p = 1e-6 in five columns; 0.003 are for knots and 16-bit numbers.
@@ -117,13 +107,10 @@ def test_draws_have_the_marginals_of_the_sample(mirror):
     columns, count = ("v", "omega_x", "omega_y", "omega_z", "collisions"), 400_000
     bound = np.sqrt(np.log(10.0 / 1e-6) / (2.0 * count)) + 0.003
     table = {"samples_per_node": 20_000, "components": 24, "quantile_knots": 129}
-    config = node_config(columns, **table, mirror=mirror)
+    config = node_config(columns, **table)
     stream = node_stream(ALPHA_DEG, SPEED)
     node_sample = simulated(config, 20_000, seed=config.table.seed, stream=stream)
     sample = simulated_variables(node_sample, columns)
-    if mirror:
-        reflected = sample * [-1.0 if name in MIRRORED else 1.0 for name in columns]
-        sample = np.concatenate([sample, reflected])
     contents = one_node_table(config).contents
     assert ks_distances(draws(Table(contents), count), sample).max() < bound
     # refused: another mixture, and the mixture without its reflections

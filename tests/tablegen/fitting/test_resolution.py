@@ -16,6 +16,9 @@ def test_sizes_follow_the_accuracy():
 
 def test_shapes_share_the_leaves_of_a_preset():
     prisms = {"ellipsoid": 0.0, "prism": 1.0, "truncated-prism": 0.0, "tetrahedron": 0.0}
-    one = spin_sizes(ROUGH.with_changes({"population": {"shapes": prisms}}))
-    four = spin_sizes(ROUGH)
-    assert (one.leaves, one.nonspinning_leaves) == (4 * four.leaves, 4 * four.nonspinning_leaves)
+    (one,) = spin_sizes(ROUGH.with_changes({"population": {"shapes": prisms}})).values()
+    four = list(spin_sizes(ROUGH).values())
+    # ellipsoids, which come first, have twice as many as each of the others
+    assert (one.leaves, one.nonspinning_leaves) == (5 * four[1].leaves, 5 * four[1].nonspinning_leaves)
+    assert four[0].leaves == 2 * four[1].leaves
+    assert four[1] == four[2] == four[3]

@@ -1,26 +1,32 @@
-"""The tree of conditions: every condition is in one leaf."""
+"""The tree of conditions: every condition is in one leaf, and cuts are where a law changes."""
 
 import numpy as np
+import pytest
+from spin_laws import folded_inputs
 
+from sampler.formats.bounds import CONDITIONS, N_CONDITIONS, NO_SPIN
+from tablegen.fitting.spin_coordinates import AXES, SPIN_AXIS
 from tablegen.fitting.tree import grow, joined
 
-RNG = np.random.default_rng(5)
-N = 4000
+N = 6000
 
 
-def spread(n, still=False):
-    q = RNG.uniform([0.1, 0.0, 0.0, -1.0, -1.0], [1.25, 0.7, 1.0, 1.0, 1.0], (n, 5))
-    return q * [1, 1, 0, 0, 0] if still else q
+def outcomes_at(inputs, rng):
+    """A rebound at each condition, which depends smoothly on all of them."""
+    slopes = np.random.default_rng(1).normal(0.0, 0.3, (8, 7))
+    return np.sin(inputs @ slopes) + 0.1 * rng.standard_normal((len(inputs), 7))
 
 
-def grown(q, wanted):
-    return grow(q, wanted, np.ones(len(q), dtype=bool))
+def grown(inputs, wanted, outcomes=None):
+    rng = np.random.default_rng(5)
+    return grow(inputs, outcomes_at(inputs, rng) if outcomes is None else outcomes, wanted, rng)
 
 
-def find_leaves(tree, q):
-    """Find the leaf numbers, (n,), of folded conditions (n, 5)."""
-    values = np.column_stack([q, np.sum(q[:, 2:] ** 2, axis=1)])
-    at = np.zeros(len(q), dtype=np.int64)
+def find_leaves(tree, inputs):
+    """Find the leaf numbers, (n,), of folded inputs (n, 8), as a draw finds them."""
+    square = np.sum(inputs[:, 2:5] ** 2, axis=1)
+    values = np.column_stack([inputs[:, :N_CONDITIONS], square, inputs[:, N_CONDITIONS:]])
+    at = np.zeros(len(inputs), dtype=np.int64)
     while (going := np.flatnonzero(at >= 0)).size:
         node = at[going]
         side = values[going, tree.axis[node]] >= tree.cut[node]
@@ -29,34 +35,75 @@ def find_leaves(tree, q):
 
 
 def test_every_condition_is_in_one_leaf():
-    q = spread(N)
-    tree, leaves = grown(q, 12)
+    inputs = folded_inputs(N, np.random.default_rng(2))
+    tree, leaves = grown(inputs, 12)
     assert len(leaves) == 12
-    found = find_leaves(tree, q)
+    found = find_leaves(tree, inputs)
     for number, leaf in enumerate(leaves):
         assert set(leaf.rows[leaf.inside]) == set(np.flatnonzero(found == number))
         # some more lie beside it
-        assert 0.0 < 1.0 - leaf.inside.mean() < 0.6
-    assert np.bincount(found).min() > N / 12 / 3
+        assert 0.0 < 1.0 - leaf.inside.mean() < 0.3
+    assert np.bincount(found).min() > N / 12 / 4
     own = np.arange(len(tree.axis))[:, None]
     assert ((tree.child < 0) | (tree.child > own)).all()
 
 
-def test_equal_conditions_are_not_cut():
-    q = np.tile([[0.5, 0.3, 0.2, 0.0, 0.0]], (100, 1))
-    tree, leaves = grown(q, 4)
+@pytest.mark.parametrize("column", range(8))
+def test_a_law_is_cut_where_it_has_a_step(column):
+    """A step at the median of one input, which no quadratic function follows."""
+    rng = np.random.default_rng(column)
+    inputs = folded_inputs(N, rng)
+    step = inputs[:, column] > np.median(inputs[:, column])
+    outcomes = outcomes_at(inputs, rng) + 2.0 * step[:, None] * [1.0, 1.0, 0, 0, 1.0, 0, 0]
+    tree, _ = grown(inputs, 2, outcomes)
+    assert tree.axis.tolist() == [AXES[column]]
+    # an axis of a tree is a condition, |sigma|^2, or a ratio of the grain
+    assert (tree.axis[0] < N_CONDITIONS) == (column < N_CONDITIONS)
+    assert tree.axis[0] != SPIN_AXIS
+    spread = np.ptp(inputs[:, column])
+    assert tree.cut[0] == pytest.approx(np.median(inputs[:, column]), abs=0.03 * spread)
+
+
+def test_leaves_are_small_where_the_law_bends():
+    """The law waves where root_angle is below its median, and is linear above."""
+    rng = np.random.default_rng(7)
+    inputs = folded_inputs(N, rng)
+    root_angle = inputs[:, CONDITIONS.index("root_angle")]
+    low = root_angle < np.median(root_angle)
+    waves = np.where(low[:, None], np.sin(20.0 * inputs[:, [0] * 7]), inputs[:, [0] * 7])
+    outcomes = waves + 0.05 * rng.standard_normal((N, 7))
+    tree, leaves = grown(inputs, 8, outcomes)
+    assert tree.axis[0] == 0
+    below = [low[leaf.rows[leaf.inside]].mean() > 0.5 for leaf in leaves]
+    assert sum(below) >= 6
+
+
+def test_equal_conditions_and_few_are_not_cut():
+    inputs = np.tile(folded_inputs(1, np.random.default_rng(3)), (N, 1))
+    noise = np.random.default_rng(4).standard_normal((N, 7))
+    tree, leaves = grown(inputs, 4, noise)
     assert (len(tree.axis), len(leaves)) == (0, 1)
-    q[50:, 3] = 1.0
-    tree, leaves = grown(q, 4)
-    assert len(leaves) == 2
+    few = folded_inputs(150, np.random.default_rng(3))
+    assert len(grown(few, 4)[1]) == 1
+    inputs[:, 3] = noise[:, 0]
+    tree, leaves = grown(inputs, 4, noise)
+    assert tree.axis.tolist() == [3] * 3
+    assert len(leaves) == 4
 
 
 def test_conditions_with_spin_have_leaves_of_their_own():
-    still, spinning = grown(spread(N, still=True), 3), grown(spread(N), 8)
-    tree = joined(still[0], 3, spinning[0])
-    q = np.concatenate([spread(50, still=True), spread(50)])
-    q[60:70, 2:] *= 1e-9
-    found = find_leaves(tree, q)
-    no_spin = np.sum(q[:, 2:] ** 2, axis=1) < 1e-12
-    np.testing.assert_array_equal(found[no_spin], find_leaves(still[0], q[no_spin]))
-    np.testing.assert_array_equal(found[~no_spin], 3 + find_leaves(spinning[0], q[~no_spin]))
+    rng = np.random.default_rng(8)
+    nonspinning, spinning = (folded_inputs(N, rng, spins) for spins in (False, True))
+    first, second = grown(nonspinning, 3), grown(spinning, 8)
+    # of any two trees, a single leaf among them
+    for below, above, leaves in ((first, second, 3), (grown(nonspinning, 1), second, 1)):
+        tree = joined(below[0], leaves, above[0])
+        assert (tree.axis[0], tree.cut[0]) == (SPIN_AXIS, NO_SPIN)
+        found = find_leaves(tree, nonspinning)
+        np.testing.assert_array_equal(found < leaves, True)
+        if leaves > 1:
+            np.testing.assert_array_equal(found, find_leaves(below[0], nonspinning))
+        found = find_leaves(tree, spinning)
+        np.testing.assert_array_equal(found, leaves + find_leaves(above[0], spinning))
+    alone = joined(first[0], 3, grown(spinning, 1)[0])
+    np.testing.assert_array_equal(find_leaves(alone, spinning), 3)

@@ -40,7 +40,7 @@ class TestFile:
 @pytest.mark.parametrize("columns", [("u", "v", "omega_z"), ("v", "rotational_energy", *WORKS)])
 def test_file_holds_the_columns_of_a_scene(tmp_path, columns):
     path, domain = tmp_path / "t.h5", {"components": list(columns)}
-    config = ROUGH.with_changes({"domain": domain, "table": {"mirror": False}})
+    config = ROUGH.with_changes({"domain": domain})
     contents = generate(config, path, conditions=1).table.contents
     assert contents.variables == columns
     assert contents.channels == contents.marginals == channels_for(columns)

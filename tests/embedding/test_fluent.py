@@ -1,0 +1,99 @@
+"""The function for Fluent in a stand-in for its header: one hit, beside Python."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import toolchain
+from documents import blocks
+
+import sampler
+
+HERE = Path(__file__).resolve().parent
+SOURCE = toolchain.INCLUDE / "fluent_udf.c"
+HALF_SIZE = 0.63 * 50e-6
+#: Azimuth of the particle about the axis, and the direction there.
+TURN = np.radians(60.0)
+OUTWARDS = np.array([0.0, np.cos(TURN), np.sin(TURN)])
+
+
+def run(folder, dimensions, swirl, position, velocity, normal, wall=None):
+    """Status, velocity and user scalars of a particle after a hit, and what was printed before."""
+    program = folder / f"hit{dimensions}"
+    if not program.exists():
+        flags = [f"-DRP_3D={int(dimensions == 3)}", f"-I{HERE}", "-Wno-unused-parameter"]
+        flags += ["-Wno-unused-variable"]  # rp_axi_swirl in three dimensions
+        toolchain.build("gcc", [HERE / "fluent_hit.c"], program, flags)
+    moving = np.zeros(3) if wall is None else wall
+    numbers = np.concatenate([position, velocity, normal, moving])
+    words = [dimensions, int(swirl), int(wall is not None), *map(repr, numbers.tolist())]
+    printed = toolchain.run(program, *map(str, words)).splitlines()
+    return np.array(printed[-1].split(), float), printed[:-1]
+
+
+@pytest.fixture
+def folder(tmp_path, shipped_file, monkeypatch):
+    shutil.copy(shipped_file, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def expected(velocity, normal, wall=(0.0, 0.0, 0.0)):
+    """Velocity, and the user scalars, after the first hit of the particle 3."""
+    keys = {"seed": 7, "index": 3, "hit": 0, "wall_velocity": wall}
+    after = sampler.load("corundum-steel").rebound(velocity, normal, HALF_SIZE, **keys)
+    return np.array([1.0, *after.velocity, 1.0, *after.omega, after.inertia])
+
+
+def test_three_dimensions(folder):
+    velocity, outwards = np.array([90.0, -60.0, 30.0]), np.array([0.0, -1.0, 0.0])
+    found, _ = run(folder, 3, False, np.zeros(3), velocity, outwards)
+    np.testing.assert_allclose(found, expected(velocity, -outwards), rtol=1e-9)
+
+
+def test_plane_and_axisymmetric_cases_keep_two_components(folder):
+    velocity, outwards = np.array([90.0, -60.0, 0.0]), np.array([0.6, -0.8, 0.0])
+    found, _ = run(folder, 2, False, np.zeros(3), velocity, outwards)
+    after = expected(velocity, -outwards)
+    after[3] = 0.0
+    np.testing.assert_allclose(found, after, rtol=1e-9)
+
+
+def test_axisymmetric_swirl_turns_the_normal_with_the_particle(folder):
+    """A pipe's wall at 60 degrees of azimuth; the face lies in the half-plane z = 0."""
+    velocity = 80.0 * OUTWARDS + [60.0, 0.0, 0.0] + 20.0 * np.cross([1.0, 0.0, 0.0], OUTWARDS)
+    found, _ = run(folder, 2, True, 0.1 * OUTWARDS, velocity, [0.0, 1.0, 0.0])
+    np.testing.assert_allclose(found, expected(velocity, -OUTWARDS), rtol=1e-9)
+    assert found[1:4] @ OUTWARDS < 0.0
+
+
+@pytest.mark.parametrize("dimensions", [2, 3])
+def test_the_velocity_of_a_moving_wall_is_passed(folder, dimensions):
+    velocity, outwards = np.array([90.0, 60.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    wall = np.array([20.0, -8.0, 0.0])
+    found, _ = run(folder, dimensions, False, np.zeros(3), velocity, outwards, wall)
+    after = expected(velocity, -outwards, wall)
+    if dimensions == 2:
+        after[3] = 0.0
+    np.testing.assert_allclose(found, after, rtol=1e-9)
+
+
+def test_a_particle_that_leaves_the_wall_goes_on(folder):
+    velocity = np.array([90.0, 60.0, 30.0])
+    found, _ = run(folder, 3, False, np.zeros(3), velocity, np.array([0.0, -1.0, 0.0]))
+    np.testing.assert_array_equal(found, [1.0, *velocity, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def test_a_missing_table_is_said(folder):
+    (folder / "corundum-steel.rbt").unlink()
+    found, said = run(folder, 3, False, np.zeros(3), [9.0, -9.0, 0.0], [0.0, -1.0, 0.0])
+    assert found[0] == 0.0
+    assert len(said) == 1
+    assert said[0].startswith("rebound_wall: corundum-steel.rbt: file: cannot be opened")
+    assert said[0].endswith("; all particles that meet a wall are aborted")
+
+
+def test_page_has_this_function():
+    page = (toolchain.INCLUDE / "README.md").read_text(encoding="utf-8")
+    assert SOURCE.read_text(encoding="utf-8") in [block.text for block in blocks(page)]
