@@ -56,7 +56,11 @@ def errors_picture(race: Benchmark, name: str, metrics: Sequence[str] = tuple(ME
             f"Errors of {len(race.runners)} methods at {condition} ({shorts}) against "
             f"{_TIME}, both logarithmic. The numbers are in a table."
         )
-        return written(figure, name, f"Error against {_TIME} at {condition}", alternative)
+        title = (
+            f"Error against {_TIME} at {condition}. Look to the lower left: small errors in a "
+            "short time. No method can be seen to be better than the grey noise."
+        )
+        return written(figure, name, title, alternative)
 
 
 def _draw_errors(axes: Any, race: Benchmark, metric: str) -> None:
@@ -125,7 +129,8 @@ def map_picture(
             figure,
             "map.svg",
             f"Distance of the table from direct simulation. Cells: this run, {atlas.samples:,} "
-            "states a side. Dots: stored in the table, measured when it was made.",
+            "states a side. Dots: stored in the table, measured when it was made. Dark cells are "
+            "where the table is least accurate; none should be above the declared value.",
             "Four maps over impact angle and speed, one of each metric; the table below has the "
             "numbers.",
         )
