@@ -1,9 +1,11 @@
 """How sure are we? Two flows with the contact laws varied within what is known.
 
     python docs/examples/how_sure.py
-    python docs/examples/how_sure.py --flow cyclone
+    python docs/examples/how_sure.py --flow cyclone --grains 10000
+    python docs/examples/how_sure.py --pairs corundum-steel forder-1998
 
-The first follows grains past the cylinders of `wall_laws.py`, the second in `cyclone.py`.
+The first follows grains past the cylinders of `wall_laws.py`, the second in `cyclone.py`, and the
+third compares pairs, each with its own grains.
 
 Restitution of corundum on steel was measured at contacts of 50 to 300 m/s. The script varies it:
 below 50 m/s as extrapolated, constant, and by the yield laws of Johnson (Contact Mechanics, 1985,
@@ -15,9 +17,9 @@ because a table of each law would take longer to make.
 
 import argparse
 
+import cyclone
+import cylinders
 import numpy as np
-from cyclone import follow, print_fates, print_tables, tables_of
-from cylinders import follow_each
 from tqdm import tqdm
 from wall_laws import direct_law, print_results
 
@@ -25,6 +27,7 @@ import tablegen
 
 MEASURED, SHARE = 50.0, 0.2  # m/s; no source gives the scatter of this pair: declared
 ANGLE, SPEED = np.linspace(0.0, 90.0, 46), np.geomspace(0.5, 1000.0, 80)  # knots: degrees, m/s
+SIZES = 30e-6, 100e-6  # diameters past the cylinders, m
 #: Groups of grains in the cyclone of which columns are printed.
 GROUPS = "all shapes, 5 to 100 µm", "ellipsoid, 37 to 100 µm"
 
@@ -68,41 +71,58 @@ def varied_configurations(config):
     return configurations | {"twice the resistance": doubled}
 
 
-def print_cylinders(models, grains, seed):
-    """Follow grains of 30 to 100 um past the cylinders under each model, and print the columns."""
-    sizes, laws = (30e-6, 100e-6), {name: direct_law(model) for name, model in models.items()}
-    results = follow_each(laws, models["as extrapolated"].grains, grains, sizes, seed)
-    print_results(results, *sizes)
-    return results["as extrapolated"].speed
+def follow_cylinders(model, count, seed, progress):
+    """Follow grains past the cylinders."""
+    return cylinders.follow(direct_law(model), model.grains, count, SIZES, seed, progress)
 
 
-def print_cyclone(models, grains, seed):
-    """Follow grains of 5 to 100 um in the cyclone under each model, and print the columns."""
-    results = {}
-    with tqdm(total=grains * len(models), unit="grain") as progress:
-        for number, (name, model) in enumerate(models.items()):
-            # independent grains under each law, so that standard errors of differences are right
-            keys = 100 * seed + number
-            results[name] = follow(model.rebound, model.grains, grains, keys, progress)
-    print_fates(results)
-    tables = tables_of(results)
-    print_tables({group: tables[group] for group in GROUPS if group in tables})
+def follow_cyclone(model, count, seed, progress):
+    """Follow grains in the cyclone."""
+    return cyclone.follow(model.rebound, model.grains, count, seed, progress)
+
+
+def print_cylinders(results):
+    """Print the columns of the cylinders, and how many hits are slower than the measured ones."""
+    print_results(results, *SIZES)
+    name, first = next(iter(results.items()))
+    slow = (first.speed < MEASURED).mean()
+    print(f"\n{name}: {slow:.1%} of the hits are slower than {MEASURED:g} m/s")
+
+
+def print_cyclone(results):
+    """Print how grains end in the cyclone, and columns of all and of those that roll best."""
+    cyclone.print_fates(results)
+    tables = cyclone.tables_of(results)
+    cyclone.print_tables({group: tables[group] for group in GROUPS if group in tables})
+
+
+FLOWS = {
+    "cylinders": (follow_cylinders, print_cylinders),
+    "cyclone": (follow_cyclone, print_cyclone),
+}
 
 
 def main(arguments=None):
     """Follow the grains under each law; print where they go."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--flow", choices=("cylinders", "cyclone"), default="cylinders")
+    parser.add_argument("--flow", choices=tuple(FLOWS), default="cylinders")
+    parser.add_argument("--pairs", nargs="+", metavar="PAIR", help="compare pairs, not laws")
     parser.add_argument("--grains", type=int, default=50_000, help="under each law")
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args(arguments)
-    configurations = varied_configurations(tablegen.load_config("corundum-steel"))
-    models = {name: tablegen.DirectModel(varied) for name, varied in configurations.items()}
-    if args.flow == "cyclone":
-        print_cyclone(models, args.grains, args.seed)
-        return
-    slow = (print_cylinders(models, args.grains, args.seed) < MEASURED).mean()
-    print(f"\nas extrapolated, {slow:.1%} of the hits are slower than {MEASURED:g} m/s")
+    if args.pairs:
+        configurations = {name: tablegen.load_config(name) for name in args.pairs}
+    else:
+        configurations = varied_configurations(tablegen.load_config("corundum-steel"))
+    follow, print_flow = FLOWS[args.flow]
+    results = {}
+    with tqdm(total=args.grains * len(configurations), unit="grain") as progress:
+        for number, (name, config) in enumerate(configurations.items()):
+            # independent grains under each law, so that standard errors of differences are right
+            keys = 100 * args.seed + number
+            model = tablegen.DirectModel(config)
+            results[name] = follow(model, args.grains, keys, progress)
+    print_flow(results)
 
 
 if __name__ == "__main__":
