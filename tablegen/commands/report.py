@@ -20,7 +20,7 @@ from tablegen.commands import shared
     ),
 )
 @click.argument("table", type=options.TABLE, metavar="[T.h5]", default="corundum-steel")
-@click.option("--quick", is_flag=True, help="Measure less: about two minutes on two cores.")
+@click.option("--quick", is_flag=True, help="Measure less: about a minute on two cores.")
 @click.option(
     "--beside",
     type=options.TABLE,

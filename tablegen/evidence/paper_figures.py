@@ -59,6 +59,21 @@ _INDICATRIX_ANGLES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 _DOUBLED_LABEL = "mixture, twice the resistance"
 
 
+#: What to see in each figure.
+_TO_SEE = {
+    3: "Means and most probable values differ, because the densities are skewed (Figure 5).",
+    4: "The normal velocity falls towards normal impact, and its mean is above its mode.",
+    5: "At 90° prisms have two maxima, unless the resistance is doubled; ellipsoids have one.",
+    6: "Densities have long tails to fast rebounds, which means alone do not show.",
+    7: "Grains leave turning forwards, least at normal impact.",
+    8: "Towards normal impact the density becomes symmetric about 0.",
+    9: "The paper's rotational energy has its maximum at 15 to 20°: dashed rather than solid.",
+    10: "Most probable energies are far below the means of Figure 9.",
+    12: "All directions are alike around the normal, and most grains leave obliquely.",
+    13: "One lobe becomes two from 70° on; spheres, dashed, have one direction only.",
+}
+
+
 def paper_pictures(statistics: FigureStatistics) -> list[Picture]:
     """Draw every figure, in the order of their numbers."""
     with settings():
@@ -72,7 +87,8 @@ def paper_pictures(statistics: FigureStatistics) -> list[Picture]:
 
 
 def _numbered(figure: Any, number: int, title: str, alternative: str, kind: str = "svg") -> Picture:
-    return written(figure, f"figure-{number:02d}.{kind}", f"Figure {number}. {title}", alternative)
+    title = f"Figure {number}. {title}. {_TO_SEE[number]}"
+    return written(figure, f"figure-{number:02d}.{kind}", title, alternative)
 
 
 def _curve_figure(
