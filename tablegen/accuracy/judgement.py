@@ -12,7 +12,6 @@ from tablegen.accuracy.metrics import Estimate
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN, SPIN_PRESETS, metric_of
 from tablegen.config.targets import AccuracyTargets, SpinTargets
 
-
 #: A number this many times its limit is a fault of the table, and no limit to declare.
 _FAR = 2.0
 

@@ -5,7 +5,9 @@ from tablegen.config.scenes import Tree
 
 def particles_text(population: Tree) -> str:
     """Say which particles a population has: shares of shapes and meshes, and the aspect ratios."""
-    weights = {name: weight for name, weight in population.get("shapes", {}).items() if weight > 0.0}
+    weights = {
+        name: weight for name, weight in population.get("shapes", {}).items() if weight > 0.0
+    }
     parts = list(weights.items())
     for mesh in population.get("meshes", ()):
         if mesh.get("weight", 1.0) > 0.0:
