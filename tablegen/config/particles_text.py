@@ -5,11 +5,11 @@ from tablegen.config.scenes import Tree
 
 def particles_text(population: Tree) -> str:
     """Say which particles a population has: shares of shapes and meshes, and the aspect ratios."""
-    weights = {name: weight for name, weight in population.get("shapes", {}).items() if weight > 0.0}
-    parts = list(weights.items())
-    for mesh in population.get("meshes", ()):
-        if mesh.get("weight", 1.0) > 0.0:
-            parts.append((mesh.get("file") or "a mesh", mesh.get("weight", 1.0)))
+    weights = {name: weight for name, weight in population.get("shapes", {}).items() if weight > 0}
+    meshes = [
+        (m.get("file") or "a mesh", m.get("weight", 1.0)) for m in population.get("meshes", ())
+    ]
+    parts = [*weights.items(), *((name, weight) for name, weight in meshes if weight > 0.0)]
     total = sum(weight for _, weight in parts)
     text = ", ".join(f"{100.0 * weight / total:.3g} % {name}" for name, weight in parts)
     aspect = population.get("aspect")

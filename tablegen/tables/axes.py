@@ -130,9 +130,7 @@ def _first_speeds(config: Config) -> FloatArray:
     return np.unique(np.concatenate(parts))
 
 
-def _pieces(
-    config: Config, field: str, ends: tuple[float, float]
-) -> Iterator[tuple[float, float]]:
+def _pieces(config: Config, field: str, ends: tuple[float, float]) -> Iterator[tuple[float, float]]:
     """Split a range at the nodes of the tabulated laws of a pair."""
     laws, (first, last) = (config.pair.restitution, config.pair.resistance), ends
     bends = {node for law in laws for node in getattr(law, field, None) or ()}

@@ -135,7 +135,10 @@ def test_names_of_grains_stand_for_populations_in_any_configuration():
 
 def test_shapes_that_a_scene_names_replace_those_of_the_pair():
     assert set(POPULATION.shapes.positive()) == {
-        "ellipsoid", "prism", "truncated-prism", "tetrahedron"
+        "ellipsoid",
+        "prism",
+        "truncated-prism",
+        "tetrahedron",
     }
     scene = parse_config(
         'name = "s"\npair = "corundum-steel"\n[population.shapes]\nprism = 1\n', "s.toml"

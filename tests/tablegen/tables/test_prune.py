@@ -115,7 +115,10 @@ def test_what_stays_of_both_laws_has_the_same_draws(spinning, tmp_path, kept):
     for how in ({"grain": "fresh"}, {}, {"omega": [3e4, -5e4, 8e4]}):
         whole_states, states = (
             np.hstack([rebound.velocity, rebound.omega])
-            for rebound in (full.rebound(*impact, **how, **keys), part.rebound(*impact, **how, **keys))
+            for rebound in (
+                full.rebound(*impact, **how, **keys),
+                part.rebound(*impact, **how, **keys),
+            )
         )
         whole_states[:, out] = 0.0
         np.testing.assert_array_equal(states, whole_states)
