@@ -106,8 +106,8 @@ _REMEDIES = {
     "first": "put a node there (alpha_nodes_deg or speed_nodes in [table]), or choose a range "
     "without it",
     "own": "give the spin law more leaves (spin_leaves in [table]), or choose a range without it",
-    "chain": "give the spin law more leaves (spin_leaves in [table]); or spin = false, if "
-    "particles meet one wall only",
+    "chain": "give the spin law more leaves (spin_leaves in [table]); or, if particles meet one "
+    "wall only, set spin = false",
 }
 
 

@@ -86,8 +86,10 @@ def generate(
 ) -> int:
     """Generate a table from a material pair or scene (a name, or the path of a .toml file).
 
-    Unless it is --quiet, it estimates the cost first: nodes and minutes, which are not exceeded.
-    The bars show the remaining time of a stage, and where the error is largest.
+    Unless it is --quiet, it first says what the table is of and estimates the cost: nodes, minutes
+    of one processor, and disk space. The minutes are extrapolated from one node, and may be off by
+    half where other programs share the processor. The bars show the remaining time of a stage, and
+    where the error is largest.
 
     Nodes are placed where the error between them, measured against direct simulation, is too
     large for the accuracy that the configuration asks for. Finished pieces are kept in T.h5.parts

@@ -114,8 +114,9 @@ class _CheckedWall:
     ) -> DirectRebound:
         """Rebound from walls, and check each rebound."""
         begin = time.perf_counter()
-        given = {"omega": omega, "inertia": inertia, "index": index}
-        after = self.model.rebound(velocity, normal, half_size, **given, **keys)
+        after = self.model.rebound(
+            velocity, normal, half_size, omega=omega, inertia=inertia, index=index, **keys
+        )
         self.seconds += time.perf_counter() - begin
         energies = [
             (motion[0] ** 2).sum(axis=1) + motion[2] * half_size**2 * (motion[1] ** 2).sum(axis=1)

@@ -17,8 +17,9 @@ _LEAST_SAMPLES = 100_000
 #: Least allowed Kolmogorov-Smirnov distance for which a number of knots is enough.
 _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
 
-#: Conditions with spin that are drawn for each rebound that a leaf is fitted to.
-_CONDITIONS = 0.15
+#: Conditions with spin that are drawn for each rebound that a leaf is fitted to, and most of a leaf:
+#: each is simulated several times, with other phases of its tumbling.
+_CONDITIONS, _MOST_CONDITIONS = 0.15, 18_000
 
 
 class Resolution(NamedTuple):
@@ -55,7 +56,8 @@ class SpinSizes(NamedTuple):
     @property
     def conditions(self) -> int:
         """Number of conditions with spin that are drawn for a shape."""
-        return max(int(_CONDITIONS * self.rebounds * self.leaves), 1000)
+        of_leaf = min(_CONDITIONS * self.rebounds, _MOST_CONDITIONS)
+        return max(int(of_leaf * self.leaves), 1000)
 
     def of_share(self, share: float) -> "SpinSizes":
         """Sizes with a share of the leaves."""
@@ -66,7 +68,7 @@ class SpinSizes(NamedTuple):
 #: Sizes by preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
     "compact": SpinSizes(70, 50, 8, 8, 120_000, 65),
-    "standard": SpinSizes(160, 110, 8, 16, 200_000, 97),
+    "standard": SpinSizes(155, 90, 8, 16, 200_000, 97),
     "fine": SpinSizes(384, 240, 8, 16, 300_000, 129),
 }
 

@@ -11,10 +11,10 @@ from sampler.errors import InputError
 from sampler.files import check_output, write_text
 from tablegen.config.config import Config, load_population
 from tablegen.config.grains import GRAINS
-from tablegen.measured.fits import Fitter, make_targets
+from tablegen.measured.fits import Fitter, Target, make_targets
 from tablegen.measured.free_numbers import chosen_names
 from tablegen.measured.measurements import Measurements
-from tablegen.measured.pair_file import starting_config, with_comments
+from tablegen.measured.pair_file import starting_config, with_angles, with_comments
 from tablegen.measured.reader import read_measurements
 from tablegen.measured.result import Calibration, Fit
 from tablegen.progress import bar
@@ -22,6 +22,18 @@ from tablegen.simulation.simulate import check_run
 
 #: Most rows of a fit, whose time grows with them; and most that a line names.
 _MOST_ROWS, _NAMED = 400, 6
+
+#: Most rows that a fit may miss, and its worst mean over the tolerance, where spreads still choose.
+_FEW, _NEAR = 2, 2.0
+
+#: Pairs of quantities that decide restitution and resistance together.
+_BOTH_LAWS = [
+    {"e_n", "e_t"},
+    {"e_n", "omega_z"},
+    {"e_n", "rebound_angle_deg"},
+    {"rebound_angle_deg", "e_t"},
+    {"rebound_angle_deg", "omega_z"},
+]
 
 
 def calibrate(
@@ -76,6 +88,8 @@ def calibrate(
     if len(data.alpha_deg) > _MOST_ROWS:
         words = f"up to {_MOST_ROWS}: averages over ranges of angle and speed"
         raise InputError(f"{data.name}: got {len(data.alpha_deg)} rows to fit, allowed: {words}")
+    targets = make_targets(data)
+    _check_rows(data, targets, start, speed)
     if free and start is None:
         raise InputError("free: got fields of no pair, allowed: with --pair START.toml")
     path = check_output(output) if output is not None else None
@@ -85,17 +99,39 @@ def calibrate(
         threadpool_limits(limits=1, user_api="blas"),
         bar(progress, "population", total=len(starts)) as counted,
     ):
-        fitter, fits = Fitter(data, make_targets(data), speed, seed, threads), list[Fit]()
+        fitter, fits = Fitter(data, targets, speed, seed, threads), list[Fit]()
         for label, config in starts.items():
             counted.set_description_str(label)
             fits.append(fitter.fit(label, config, chosen_names(config, free), name))
             counted.update(1)
         chosen = _chosen(fits)
+        if start is None and not chosen.holds:
+            chosen = _bent(fitter, data, chosen, starts[chosen.grains], name)
+            fits = [chosen if fit.grains == chosen.grains else fit for fit in fits]
     made = Calibration(tuple(fits), chosen, _advice(data, chosen))
     made = replace(made, chosen=replace(chosen, config=with_comments(made, data, seed)))
     if path is not None:
         write_text(path, made.config.text)
     return made
+
+
+def _check_rows(
+    data: Measurements, targets: Sequence[Target], start: Config | None, speed: float | None
+) -> None:
+    """Refuse means that cannot decide both laws, and rows of which some state a speed."""
+    followed = {target.quantity for target in targets}
+    if start is None and not any(pair <= followed for pair in _BOTH_LAWS):
+        got = " and ".join(sorted(followed))
+        words = "e_n and e_t, or two of e_n, e_t, rebound_angle_deg and omega_z that decide both "
+        words += "laws; or --pair START.toml with --free and the fields of one law"
+        raise InputError(f"{data.name}: got {got} alone, allowed: {words}")
+    unstated = np.isnan(data.speed)
+    if speed is None and unstated.any() and not unstated.all():
+        angles = ", ".join(f"{a:g}" for a in np.unique(data.alpha_deg[unstated])[:_NAMED])
+        raise InputError(
+            f"{data.name}: got {unstated.sum()} of {unstated.size} rows without a speed, at "
+            f"{angles} degrees, allowed: a speed in all rows or in none, or --speed for those"
+        )
 
 
 def _pair_name(path: Path) -> str:
@@ -120,12 +156,29 @@ def _starts(
 def _chosen(fits: Sequence[Fit]) -> Fit:
     """Choose among the fits that hold the means: by the spreads, or the most angular grains.
 
-    Spheres follow means most easily, so smooth laws would always ask for round grains.
+    Spheres follow means most easily, so smooth laws would always ask for round grains. If none
+    holds the means, those that miss a row or two by little may be chosen by their spreads.
     """
     held = [fit for fit in fits if fit.holds]
     if not held:
+        near = [fit for fit in fits if fit.missed_rows <= _FEW and fit.means[0].miss <= _NEAR]
+        if near and near[0].spreads:
+            return min(near, key=lambda fit: fit.spread_distance)
         return min(fits, key=lambda fit: fit.means[0].miss)
     return min(held, key=lambda fit: fit.spread_distance) if held[0].spreads else held[0]
+
+
+def _bent(fitter: Fitter, data: Measurements, fit: Fit, start: Config, name: str) -> Fit:
+    """Fit again with knots of the laws at the angles of missed rows too; return the better fit.
+
+    A law that bends between its knots cannot be followed there.
+    """
+    angles = {one.alpha_deg for one in fit.means if one.miss > 1.0}
+    config = with_angles(start, angles)
+    if config is start:
+        return fit
+    again = fitter.fit(fit.grains, config, chosen_names(config, ()), name)
+    return again if again.means[0].miss < fit.means[0].miss else fit
 
 
 def _advice(data: Measurements, chosen: Fit) -> str:
@@ -133,11 +186,11 @@ def _advice(data: Measurements, chosen: Fit) -> str:
     missed = sorted((one for one in chosen.means if one.miss > 1.0), key=lambda one: one.row)
     places = list(dict.fromkeys(one.place for one in missed))
     rows = ", ".join(places[:_NAMED]) + f" and {len(places) - _NAMED} more" * (len(places) > _NAMED)
-    said = [f"{chosen.grains} grains come nearest, but not at {rows}"] if missed else []
+    said = [f"{chosen.grains} grains are the best, but miss {rows}"] if missed else []
     if data.doubt:
         said.append(data.doubt)
-    elif missed and np.isnan(data.speed).any():
-        said.append("state the speeds of the rows if they differ: a law of speed may hold them")
+    elif missed and np.isnan(data.speed).all() and len(set(data.alpha_deg)) < data.alpha_deg.size:
+        said.append("state the speeds of the rows: a law of speed may hold them")
     elif missed:
         said.append("check these rows, or leave them out")
     return "; ".join(said)

@@ -25,11 +25,12 @@ def fit_lines(made: Calibration) -> Iterator[str]:
 def _of_means(made: Calibration) -> str:
     """Say how far the worst mean is off."""
     fit, worst = made.chosen, made.chosen.means[0]
+    digits = 3 if fit.holds else 4  # +0.0204 is beyond 0.02
     missed = sum(one.miss > 1.0 for one in fit.means)
     said = f"all {len(fit.means)} held" if fit.holds else f"{missed} of {len(fit.means)} missed"
     return (
-        f"means: {said} by {fit.grains} grains; worst {worst.column} {worst.residual:+.3f} at "
-        f"{worst.place} ({worst.tolerance:.3g} allowed)"
+        f"means: {said} by {fit.grains} grains; worst {worst.column} "
+        f"{worst.residual:+.{digits}f} at {worst.place} ({worst.tolerance:.3g} allowed)"
     )
 
 
@@ -61,8 +62,8 @@ def _why(made: Calibration, fit: Fit) -> str:
     """Say why a population is chosen or not."""
     measured = bool(made.chosen.spreads)
     if not fit.holds:
-        worst = fit.means[0]
-        return f"misses {worst.column} at {worst.place}"
+        worst, chosen = fit.means[0], "chosen; " * (fit.grains == made.chosen.grains)
+        return f"{chosen}misses {worst.column} at {worst.place}"
     if fit.grains == made.chosen.grains:
         return "chosen: spreads nearest" if measured else "chosen: the most angular that holds"
     return "holds; spreads farther" if measured else "holds"
@@ -86,7 +87,8 @@ def _in_words(fit: Fit, label: str) -> tuple[str, str]:
     """Say what a number is, and at which angle and speed of its law."""
     _, section, field = label.split(".")
     name, *places = re.findall(r"\w+", field)
-    law, words = getattr(fit.config.pair, section), f"{section} {name}".replace("_", " ")
+    law = getattr(fit.config.pair, section)
+    words = (name if "_" in name else f"{section} {name}").replace("_", " ")
     axes = (getattr(law, axis, None) or () for axis in ("angle_deg", "speed"))
     units = zip(places, axes, ("°", " m/s"), strict=False)
     at = " and ".join(f"{axis[int(k)]:g}{unit}" for k, axis, unit in units if len(axis) > int(k))

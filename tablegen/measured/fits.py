@@ -29,8 +29,9 @@ _OUT = "out_of_plane_deg"
 #: Bits in which the seeds of the last steps and of the report differ from that of the search.
 _LAST_SEED, _REPORT_SEED = 0x510E, 0x5EED
 
-#: Share of a number that the data must determine, and not smoothness, for a standard error.
-_KNOWN = 0.5
+#: Share of a number that the data must determine, and not smoothness, for a standard error; and the
+#: least one. A smaller one is that of a number at a bound.
+_KNOWN, _LEAST_ERROR = 0.5, 1e-6
 
 #: Last steps; and the worst miss from which they cannot hold the means.
 _LAST_STEPS, _FAR = 4, 2.0
@@ -99,6 +100,7 @@ class Fitter:
             )
         samples = bootstrapped(numbers, solution, [t.row for t in self.targets], self.seed)
         errors = np.std([numbers.numbers(x) for x in samples], axis=0)
+        known = Penalty(numbers).determined(solution) > _KNOWN
         config = fitted_config(start, numbers.changes(solution.x), name, self.data, speeds)
         report = self.seed ^ _REPORT_SEED
         simulated = self._moments(config, speeds, _REPORT * count, report)
@@ -107,7 +109,7 @@ class Fitter:
             config=config,
             labels=numbers.labels,
             values=numbers.numbers(solution.x),
-            errors=np.where(Penalty(numbers).determined(solution) > _KNOWN, errors, np.nan),
+            errors=np.where(known & (errors > _LEAST_ERROR), errors, np.nan),
             numbers=tuple(self._compared(simulated)),
         )
 

@@ -105,13 +105,17 @@ class Measurements:
 
     @property
     def doubt(self) -> str:
-        """Say what looks wrong in e_n; "" if nothing."""
+        """Say what looks wrong in e_n and e_t; "" if nothing."""
         known = np.isfinite(self.moments["e_n"].mean)
         angle, e_n = self.alpha_deg[known], self.moments["e_n"].mean[known]
         if np.unique(angle).size > 1 and np.polyfit(angle, e_n, 1)[0] * np.ptp(angle) > _RISE:
             return "e_n rises with the angle: if angles are from the normal, give 90 - angle"
-        above = ", ".join(f"{a:g}" for a in angle[e_n > 1.0])
-        return f"e_n is above 1 at {above} degrees, which hardly a smooth wall gives" * bool(above)
+        for name in ("e_n", "e_t"):
+            above = self.alpha_deg[self.moments[name].mean > 1.0]
+            if above.size:
+                angles = ", ".join(f"{a:g}" for a in np.unique(above))
+                return f"{name} is above 1 at {angles} degrees, which hardly a smooth wall gives"
+        return ""
 
 
 def impact_speeds(

@@ -3,7 +3,7 @@
 import re
 import textwrap
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import tomli_w
@@ -24,6 +24,9 @@ _WIDTH, _LIST_WIDTH = 100, 80
 
 #: Angles at the contact [degrees] between which laws are linear.
 _ANGLES = [5.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]
+
+#: Least distance [degrees] of a further angle.
+_APART = 2.5
 
 #: Speeds that differ by less than this part are one; most speeds of a table of restitution.
 _SAME_SPEED, _MOST_SPEEDS = 0.03, 4
@@ -66,6 +69,31 @@ def starting_config(data: Measurements, population: Tree) -> Config:
         "domain": {"alpha_deg": [0.05, 90.0], "speed": ends, "extrapolate": True},
     }
     return parse_config(tomli_w.dumps(tree), "start")
+
+
+def with_angles(start: Config, angles: Collection[float]) -> Config:
+    """Add knots at some angles to the tables of a pair that starts a fit, with their values.
+
+    Angles near a knot are left out; the same configuration is returned if all are.
+    """
+    new = [a for a in sorted(angles) if np.abs(np.array(_ANGLES) - a).min() >= _APART]
+    if not new:
+        return start
+    knots, pair = np.array(sorted({*_ANGLES, *new})), start.pair
+    changes: Tree = {}
+    for section, field in (
+        ("restitution", "value"),
+        ("resistance", "value"),
+        ("resistance", "tangential_restitution"),
+    ):
+        given = getattr(getattr(pair, section), field, None)
+        if given is None:
+            continue
+        columns = np.array(given, dtype=np.float64).reshape(len(_ANGLES), -1).T
+        values = np.array([np.interp(knots, _ANGLES, column) for column in columns]).T
+        listed = values.tolist() if section == "restitution" else values.ravel().tolist()
+        changes[section] = {"angle_deg": knots.tolist(), field: listed}
+    return start.with_changes({"pair": changes})
 
 
 def _speeds_of(stated: FloatArray) -> list[float]:

@@ -79,6 +79,11 @@ class Fit:
         return self.means[0].miss <= 1.0
 
     @property
+    def missed_rows(self) -> int:
+        """Number of rows with a mean beyond its tolerance."""
+        return len({one.row for one in self.means if one.miss > 1.0})
+
+    @property
     def spread_distance(self) -> float:
         """Root mean square of the logarithm of simulated over measured spreads; NaN without."""
         ratios = np.array([one.simulated / one.measured for one in self.spreads])

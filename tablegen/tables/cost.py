@@ -18,6 +18,10 @@ _EXPERTS = 64.0
 _ROUNDS, _PROBES, _CHAINED = (1, 2), (6, 24), 5e6
 
 
+#: Conditions without spin over the rebounds of a leaf, and bytes of a stored condition.
+_NONSPINNING, _CONDITION_BYTES = 0.5, 34
+
+
 class Cost(NamedTuple):
     """Cost of a table."""
 
@@ -79,17 +83,29 @@ def spent_text(spent: float, quoted: Cost | None = None) -> str:
 def cost_text(cost: Cost, workers: int | None) -> str:
     """Describe a cost in one line, for a number of workers if it is known."""
     plan, (low, high) = cost.plan, cost.seconds
+    alpha_deg = plan.config.domain.alpha_deg
     text = f"{plan.first[0]} x {plan.first[1]} nodes"
     if plan.most != plan.first:
         text += f" at first, at most {plan.most[0]} x {plan.most[1]} where the error needs it"
     if plan.leaves:
-        low, high = map(math.degrees, Range.of(plan.config).alpha)
-        text += f", a spin law of {plan.leaves} leaves at {low:.4g} to {high:.4g} degrees"
-        if plan.config.domain.alpha_deg[1] < high or plan.config.domain.alpha_deg[0] > 2.0:
+        flat, steep = map(math.degrees, Range.of(plan.config).alpha)
+        text += f", a spin law of {plan.leaves} leaves at {flat:.4g} to {steep:.4g} degrees"
+        if steep - flat > 1.1 * (alpha_deg[1] - alpha_deg[0]):
             text += ", which later hits need whatever domain.alpha_deg is (spin = false: none)"
     text += f"; about {time_text(low, high)} of one processor"
     if cost.done > 0.0:
         text += f" beside the {time_text(cost.done, cost.done)} that are done"
     if workers is not None and workers > 1:
         text += f", {time_text(low / workers, high / workers)} on {workers}"
+    if plan.spin:
+        text += f"; its finished pieces take about {_pieces_size(plan):.0f} MB until it is complete"
     return text
+
+
+def _pieces_size(plan: Plan) -> float:
+    """Estimate the size [MB] of the checkpoints of a spin law: the conditions of its leaves."""
+    count = sum(
+        of.conditions + _NONSPINNING * of.rebounds * of.nonspinning_leaves
+        for of in plan.spin.values()
+    )
+    return 1e-6 * _CONDITION_BYTES * count
