@@ -18,8 +18,7 @@ _LEAST_SAMPLES = 100_000
 _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
 
 #: Conditions with spin that are drawn for each rebound that a leaf is fitted to, and most of a
-#: leaf:
-#: each is simulated several times, with other phases of its tumbling.
+#: leaf: each is simulated several times, with other phases of its tumbling.
 _CONDITIONS, _MOST_CONDITIONS = 0.15, 18_000
 
 
