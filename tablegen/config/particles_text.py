@@ -8,10 +8,9 @@ def particles_text(population: Tree) -> str:
     weights = {
         name: weight for name, weight in population.get("shapes", {}).items() if weight > 0.0
     }
-    parts = list(weights.items())
-    for mesh in population.get("meshes", ()):
-        if mesh.get("weight", 1.0) > 0.0:
-            parts.append((mesh.get("file") or "a mesh", mesh.get("weight", 1.0)))
+    meshes = population.get("meshes", ())
+    shares = [(mesh.get("file") or "a mesh", mesh.get("weight", 1.0)) for mesh in meshes]
+    parts = [*weights.items(), *(share for share in shares if share[1] > 0.0)]
     total = sum(weight for _, weight in parts)
     text = ", ".join(f"{100.0 * weight / total:.3g} % {name}" for name, weight in parts)
     aspect = population.get("aspect")

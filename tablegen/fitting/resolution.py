@@ -17,8 +17,8 @@ _LEAST_SAMPLES = 100_000
 #: Least allowed Kolmogorov-Smirnov distance for which a number of knots is enough.
 _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
 
-#: Conditions with spin that are drawn for each rebound that a leaf is fitted to, and most of a leaf:
-#: each is simulated several times, with other phases of its tumbling.
+#: Conditions with spin that are drawn for each rebound that a leaf is fitted to, and most of a
+#: leaf: each is simulated several times, with other phases of its tumbling.
 _CONDITIONS, _MOST_CONDITIONS = 0.15, 18_000
 
 
