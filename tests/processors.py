@@ -2,8 +2,7 @@
 
     python tests/processors.py pytest -m processor
 
-Environment variables switch numpy, OpenBLAS and numba to the instructions of such a processor. The
-
+Environment variables switch numpy, OpenBLAS and numba to the instructions of such a processor.
 """
 
 import os

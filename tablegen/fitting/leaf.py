@@ -62,13 +62,11 @@ def fit_leaf(
     inside: Rebounds,
     sizes: SpinSizes,
     rng: np.random.Generator,
-    *,
-    positive: bool = True,
 ) -> LeafArrays:
     """Fit a leaf.
 
     Experts are fitted to rebounds in the leaf and around it, in random order. Quantiles follow from
-    the outcomes of other rebounds inside it. ``positive``: whether p_v is, and not a difference.
+    the outcomes of other rebounds inside it.
     """
     inputs, values = around
     centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
@@ -83,8 +81,7 @@ def fit_leaf(
     stored = _stored(experts, used)
     drawn = bounded_scores(stored, features((inside.inputs - centre) * scale), rng)
     quantiles = _quantiles(drawn, inside.outcomes, sizes.knots)
-    if positive:
-        quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
+    quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
     return LeafArrays(centre, scale, *stored, quantiles)
 
 

@@ -29,7 +29,6 @@ from tablegen.fitting.law_conditions import (
 )
 from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes
-from tablegen.fitting.round_grains import differences, less_spheres, sphere_laws, sphere_outcomes
 from tablegen.fitting.spin_coordinates import (
     SPIN_RANGE,
     SpeedCoordinate,
@@ -128,7 +127,6 @@ def spin_law(
         **_forest(shapes),
         "spin/kappa_quantiles": np.array([shape.kappa for shape in shapes]),
         **stacked,
-        **({"spin/laws": sphere_laws(config)} if less_spheres(config) else {}),
     }
 
 
@@ -267,8 +265,6 @@ def _rebounds(
     turns = left.inertia > 0.0
     after = np.where(turns, left.inertia, moments.largest)
     values = outcomes_of(left.states, after, energy)
-    if less_spheres(config):
-        values = differences(values, sphere_outcomes(config, impacts), impacts.grain[:, 1:])
     values = np.column_stack([values, kappa_of(after, moments)])
     inputs, signs = folded(inputs, turned)
     values = values * signs
@@ -294,7 +290,7 @@ def leaf_task(
     with threadpool_limits(limits=1, user_api="blas"):
         around = rebounds(np.arange(len(place.conditions)), 0)
         within = rebounds(np.flatnonzero(place.inside), 1)
-        leaf = fit_leaf(around, within, sizes, rng, positive=not less_spheres(config))
+        leaf = fit_leaf(around, within, sizes, rng)
     return leaf._asdict()
 
 

@@ -38,9 +38,6 @@ _RESISTANCE, _REVERSAL, _RESTITUTION = 0.6, 0.2, 0.6
 #: Source of numbers before a fit.
 _NONE = "none: numbers to start a fit from"
 
-#: Limits along chains of hits. Fitted resistances exceed 1, and a law is harder to fit then.
-_LIMITS = {"chain_ks": 0.1, "chain_energy": 0.12, "chain_spin": 0.2}
-
 #: Limits of nearly round grains. What their shape adds to a sphere's rebound deviates by a few
 #: thousandths of V, in rare rebounds that decide the correlations and weigh in distances that are
 #: over deviations: 0.50 and 0.064 in a table of well-rounded quartz.
@@ -150,8 +147,8 @@ def fitted_config(
     limits = _ROUND_LIMITS if start.population.nearly_round else {}
     tree["accuracy"] = {"preset": "compact", **limits}
     tree.pop("spin_accuracy", None)
-    if tree["spin"] and not start.population.only_spheres:
-        tree["spin_accuracy"] = _LIMITS | limits
+    if limits and tree["spin"]:
+        tree["spin_accuracy"] = limits
     for nodes in ("alpha_nodes_deg", "speed_nodes"):
         tree.get("table", {}).pop(nodes, None)
     return parse_config(_LIST.sub(_on_one_line, tomli_w.dumps(tree)), name)

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sampler.errors import refuse
 from sampler.formats.channels import channels_for
@@ -10,7 +11,6 @@ from sampler.formats.hdf5 import TableContents
 from sampler.formats.shape_codes import SHAPE_CODES
 from sampler.table import Table
 from tablegen.config.config import Config, stored_config
-from tablegen.fitting.round_grains import sphere_laws
 from tablegen.model.impacts import GRAZING
 from tablegen.simulation.direct import DirectModel
 from tablegen.tables.assembly import accuracy_datasets, contents_of
@@ -23,6 +23,15 @@ _MOST_SPIN, _TOLERANCE = 3.0, 1e-14
 
 #: Difference to direct simulation that is rounding.
 ROUNDING = 1e-12
+
+
+def sphere_laws(config: Config) -> NDArray[np.float64]:
+    """Write the laws of contact of a pair as `sphere/laws` has them."""
+    law = config.pair.kernel_arguments()
+    restitution = law.restitution_law, law.coefficient, law.exponent
+    resistance = law.resistance_law, law.strength, law.factor
+    numbers = config.model.contact_resolution, *restitution, *resistance, law.numbers.size
+    return np.array([*numbers, *law.numbers, *law.resistances])
 
 
 def sphere_contents(config: Config) -> TableContents:
