@@ -17,6 +17,7 @@ from sampler.files import find_table
 from sampler.library import processors
 from sampler.table import Table
 from tablegen.accuracy.chains import (
+    ANGLES,
     LaterHit,
     Wall,
     chains_of,
@@ -252,8 +253,11 @@ def measure_spinning(
 ) -> tuple[SpinningWay, ...]:
     """Time ways to rebound spinning particles at the sixth hits of chains, and compare them there.
 
-    There is none if no chain begins at the angles of the table.
+    There is none of a table without a spin law that has only a part of the angles of hits.
     """
+    low, high = table.alpha_range
+    if not table.has_spin and (low > ANGLES[0] or high < ANGLES[1]):
+        return ()
     walls: dict[str, Wall] = {
         "direct simulation": DirectModel(config),
         "table, without spin": _FirstImpacts(table),
@@ -265,8 +269,6 @@ def measure_spinning(
         chains = chains_of(walls[name], config, seed, budget.chained)
         parts = in_threads(lambda chain: chain(), chains, lambda _: None)
         hits_of[name] = [hit for part in parts for hit in part]
-    if not hits_of["table, without spin"]:
-        return ()
     index = np.arange(budget.timed, dtype=np.uint64)
     first = first_arrivals(index, _TIMED_ANGLE, _TIMED_SPEED)
     _, arrivals = follow(walls["direct simulation"], first, "any", seed, _TIMED_HIT - 1)
