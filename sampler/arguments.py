@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sampler.errors import InputError, refuse
+from sampler.formats.bounds import SINGLE_ROUNDING
 from sampler.library import Rows
 
 Shape = tuple[int, ...]
@@ -117,10 +118,11 @@ def _check_each(
 def as_reals_up_to(
     name: str, values: ArrayLike, high: float, unit: str = ""
 ) -> NDArray[np.float64]:
-    """Coerce real numbers from 0 to a largest one; raises `InputError`."""
+    """Coerce real numbers from 0 to a largest one, or its rounding; raises `InputError`."""
     array = as_reals(name, values)
-    _check_each(name, array, (array >= 0.0) & (array <= high), f"0 to {high:g}{unit}", high)
-    return array
+    inside = (array >= 0.0) & (array <= high * (1.0 + SINGLE_ROUNDING))
+    _check_each(name, array, inside, f"0 to {high:g}{unit}", high)
+    return np.asarray(np.minimum(array, high))
 
 
 def as_positive(name: str, values: ArrayLike, least: float = math.ulp(0.0)) -> NDArray[np.float64]:

@@ -78,6 +78,10 @@ NO_SPIN_LAW = STATUS["NO_SPIN_LAW"]
 GRAIN_NOT_KNOWN = STATUS["GRAIN_NOT_KNOWN"]
 NO_WORKS = STATUS["NO_WORKS"]
 
+#: Flags of a row that lies outside the table. `EXTRAPOLATED` is not among them: it is set in most
+#: rows where particles are slow, and would hide these flags in ``code > 0``.
+OUTSIDE = ANGLE | SPEED | SPIN
+
 #: Flags of a row, by kind.
 FLAGS = {"angle": ANGLE, "speed": SPEED, "spin": SPIN, "extrapolated": EXTRAPOLATED}
 

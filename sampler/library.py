@@ -72,6 +72,7 @@ _FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "rbt_half_size_rows": (None, c_size_t, *3 * [c_void_p]),
     "rbt_inertia_rows": (None, c_size_t, *2 * [c_void_p]),
     "rbt_sphericity_rows": (None, c_size_t, *2 * [c_void_p]),
+    "rbt_critical_speed_rows": (None, c_size_t, *7 * [c_void_p]),
     "rbt_deposits_rows": (None, c_size_t, *5 * [c_void_p]),
 }
 

@@ -17,9 +17,6 @@ from sampler.library import Report
 
 Ends = tuple[float, float]
 
-#: Flags of rows that lie outside a table.
-_OUTSIDE = errors.ANGLE | errors.SPEED | errors.SPIN
-
 #: Arguments that may be to blame for an error, and what is allowed of them, by its code.
 _ALLOWED = {
     code.number: dict(re.findall(r"(\w+): allowed: ([^;]*)", code.text)) for code in CODES
@@ -117,7 +114,7 @@ class Counting:
         if report.codes is None or not (report.bad or raises):
             return None
         refused: NDArray[np.bool_] = report.codes < 0
-        return refused | ((report.codes & _OUTSIDE) != 0) if raises else refused
+        return refused | ((report.codes & errors.OUTSIDE) != 0) if raises else refused
 
     def _refuse(self, call: Call, report: Report) -> None:
         """Raise the `InputError` of the first row of a call that is refused."""

@@ -189,6 +189,15 @@ _deposits = _function("rbt_deposits", _IMPACT | {"wall_velocity": _OPTIONAL}, 0)
 
 
 @numba.njit(nogil=True)
+def _check_keys(seed: int, index: int, hit: int) -> None:
+    """Refuse keys that would wrap, and so be those of another particle: -1 would be 2**64 - 1."""
+    if seed < 0 or index < 0:
+        raise ValueError("seed, index: got a negative number, allowed: 0 to 2**64 - 1")
+    if hit < 0 or hit > 0xFFFFFFFF:
+        raise ValueError("hit: got a number out of range, allowed: 0 to 2**32 - 1")
+
+
+@numba.njit(nogil=True)
 def sample(
     handle: int,
     alpha1: float,
@@ -230,9 +239,11 @@ def sample(
     numba.TypingError
         While the caller compiles, if an argument has a wrong type or is missing.
     ValueError
-        If `out` has not as many numbers as the table has columns.
+        If `out` has not as many numbers as the table has columns, or a key is negative or too
+        large for its type (64 bits, `hit` 32). Nothing is written then.
     """
     result = _sample(handle, alpha1, speed, spin, inertia, grain, index, hit, fresh, seed, out)
+    _check_keys(seed, index, hit)
     numbers = result[1:]
     if result[0] != MISSING and out.size != _columns(handle, None)[0]:
         raise ValueError("out: allowed: as many numbers as the table has columns")
@@ -285,6 +296,7 @@ def rebound(
     """
     how = wall_velocity, omega, inertia, roughness, grain, index, hit, fresh, isotropic, seed
     result = _rebound(handle, velocity, normal, half_size, *how, out)
+    _check_keys(seed, index, hit)
     numbers = result[1:]
     if out.size not in (7, 9):
         raise ValueError("out: allowed: 7 numbers, or 9 with works")
@@ -300,6 +312,7 @@ def grain(handle: int, seed: int, index: int, hit: int | None = None) -> Vector:
 
     Returns shape code of `sampler.formats.shape_codes`, b/a and c/b; NaN without a spin law.
     """
+    _check_keys(seed, index, 0 if hit is None else hit)
     return _grains(handle, 1, seed, index, hit)[1:]
 
 

@@ -23,6 +23,7 @@ from sampler.arguments import (
 )
 from sampler.errors import InputError, TableError, refuse
 from sampler.files import find_table
+from sampler.formats.bounds import SINGLE_ROUNDING
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.image import header_of, table_image
 from sampler.law import LawAtConditions
@@ -453,7 +454,11 @@ class Table(LawAtConditions, Counting):
         if given is None:
             return report
         ratios, kinds = self._small["spin/ratio_range"], self._small["spin/shape_codes"]
-        inside = (given[:, None, 1:] >= ratios[..., 0]) & (given[:, None, 1:] <= ratios[..., 1])
+        low, high = (
+            ratios[..., 0] * (1.0 - SINGLE_ROUNDING),
+            ratios[..., 1] * (1.0 + SINGLE_ROUNDING),
+        )
+        inside = (given[:, None, 1:] >= low) & (given[:, None, 1:] <= high)
         misfit = ~((given[:, :1] == kinds) & inside.all(axis=2)).any(axis=1)
         if not misfit.any():
             return report

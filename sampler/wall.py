@@ -15,13 +15,17 @@ from sampler.arguments import (
     common_shape,
 )
 from sampler.errors import refuse
+from sampler.formats.bounds import SINGLE_ROUNDING
 from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from sampler.library import library
 
 Reals = NDArray[np.float64]
 
 #: Arguments, but vectors, that may be 0.
-_FROM_ZERO = ("time", "viscosity", "critical_speed", "ra", "rq")
+_FROM_ZERO = (
+    *("time", "viscosity", "critical_speed", "ra", "rq"),
+    *("poisson", "wall_poisson"),
+)
 
 _AT_REST = (0.0, 0.0, 0.0)
 
@@ -149,7 +153,7 @@ def _known(grain: ArrayLike) -> Reals:
     rows = as_finite("grain", grain)
     codes, ratios = rows[..., 0], rows[..., 1:]
     held = np.isin(codes, [SHAPE_CODES[name] for name in SHAPE_NAMES])
-    held &= ((ratios > 0.0) & (ratios <= 1.0)).all(axis=-1)
+    held &= ((ratios > 0.0) & (ratios <= 1.0 + SINGLE_ROUNDING)).all(axis=-1)
     if not held.all():
         known = ", ".join(f"{SHAPE_CODES[name]} {name}" for name in SHAPE_NAMES)
         given = ", ".join(f"{x:.9g}" for x in rows[~held][0])
@@ -184,15 +188,15 @@ def critical_speed(
     and k = (1 - poisson^2) / (pi young), k' of the wall. Source: Brach & Dunn, Aerosol Sci.
     Technol. 16 (1992) 51-64, as El-Batsh takes it (dissertation, TU Wien, 2001).
     """
-    given = _checked(diameter=diameter, density=density, young=young, wall_young=wall_young)
-    for name, ratio in (("poisson", poisson), ("wall_poisson", wall_poisson)):
-        given[name] = as_reals_up_to(name, ratio, 0.5)
-    common_shape({name: array.shape for name, array in given.items()})
-    soft = [
-        (1.0 - given[f"{of}poisson"] ** 2) / (math.pi * given[f"{of}young"]) for of in ("", "wall_")
-    ]
-    e = 0.51 * (1.25 * math.pi**2 * (soft[0] + soft[1]) / given["density"] ** 1.5) ** 0.4
-    return (2.0 * e / given["diameter"]) ** (10.0 / 7.0)
+    return _by_rows(
+        "rbt_critical_speed_rows",
+        diameter=diameter,
+        density=density,
+        young=young,
+        poisson=as_reals_up_to("poisson", poisson, 0.5),
+        wall_young=wall_young,
+        wall_poisson=as_reals_up_to("wall_poisson", wall_poisson, 0.5),
+    )
 
 
 def deposits(

@@ -3,7 +3,7 @@
     python tests/processors.py pytest -m processor
 
 Environment variables switch numpy, OpenBLAS and numba to the instructions of such a processor. The
-versions of the C library's loops are compared in tests/sampler/test_digests.py.
+
 """
 
 import os

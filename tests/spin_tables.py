@@ -81,8 +81,6 @@ def _law(seed, codes=(0, 1, 3), depth=2, outcomes=N_OUTCOMES):
         "ratio_range": np.array([[[0.5, 1.0], [0.5, 1.0]]] * len(codes)),
         "aspect": np.array([[0.8, 0.2, 0.0668072012688581, 0.841344746068543]] * 2),
         "speed_coordinate": np.array([0.1, 0.61]),
-        "alpha_range_deg": np.array([0.5, 90.0]),
-        "speed_range": np.array([5.0, 300.0]),
         "spin_range": np.array([0.0, 10.0]),
         "shape_inertia": np.array([MOMENTS.get(code, (0.25, 0.15)) for code in codes]),
         "kappa_quantiles": np.sort(rng.uniform(size=(len(codes), 33)), axis=1),
@@ -100,6 +98,12 @@ def with_spin_law(contents, seed=1, **size):
     """Table with a random spin law beside its own; `size` is that of `_law`."""
     size |= {"outcomes": N_OUTCOMES_WITH_WORKS} if has_works(contents.variables) else {}
     datasets = contents.datasets | {f"spin/{name}": x for name, x in _law(seed, **size).items()}
+    # one range of angles for both laws, and room for the energy of a spin
+    low, high = contents["axes/speed"][[0, -1]]
+    datasets |= {
+        "spin/alpha_range_deg": contents["axes/alpha_deg"][[0, -1]],
+        "spin/speed_range": np.array([low, 2.0 * high]),
+    }
     datasets |= {f"spin_accuracy/{name}": np.zeros(n) for name, n in _NOT_MEASURED.items()}
     law = {"least_inertia": 0.01, "valid_speed": (50.0, 300.0)}
     return replace(contents, datasets=datasets, **law)

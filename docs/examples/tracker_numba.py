@@ -15,7 +15,7 @@ from sampler.numba import deposits, rebound, spin_after
 DT, GAS, DENSITY, VISCOSITY = 2e-5, 100.0, 1.2, 1.8e-5
 DIAMETER, MASS, HALF_SIZE = 60e-6, 4.5e-10, 0.63 * 60e-6
 DRAG = 9.42477796 * VISCOSITY * DIAMETER / MASS  # of Stokes, 1/s
-OUTSIDE = sampler.errors.ANGLE | sampler.errors.SPEED | sampler.errors.SPIN
+OUTSIDE = sampler.errors.OUTSIDE
 
 # floor, roof, two sides of each plate: x, y of an end, the normal into the gas, the length
 WALLS = (

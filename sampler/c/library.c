@@ -55,6 +55,15 @@ void rbt_deposits_rows(size_t n, const double *velocity, const double *normal,
                                          wall_velocity + 3 * k);
 }
 
+void rbt_critical_speed_rows(size_t n, const double *diameter, const double *density,
+                             const double *young, const double *poisson, const double *wall_young,
+                             const double *wall_poisson, double *speed)
+{
+    for (size_t k = 0; k < n; k++)
+        speed[k] = rbt_critical_speed(diameter[k], density[k], young[k], poisson[k], wall_young[k],
+                                      wall_poisson[k]);
+}
+
 /* Tilts, NaN where rbt_wall_tilt refuses the lengths. */
 void rbt_wall_tilt_rows(size_t n, const double *ra, const double *rq, const double *rsm,
                         const double *diameter, double *tilt)

@@ -112,7 +112,7 @@ int main(void)
                 puts(rbt_strerror(code));
                 return 1;
             }
-            outside += (code & (RBT_ANGLE | RBT_SPEED | RBT_SPIN)) != 0;
+            outside += (code & RBT_OUTSIDE) != 0;
         }
         slow_down_spin(&g);
         passed += g.x[0] >= 0.5;

@@ -85,6 +85,10 @@ ANY_SPEED = (1e-300, 1e300)
 #: Relative rounding of a unit conversion: a smaller excess is no excess.
 ROUNDING = 1e-12
 
+#: Relative excess of an argument beyond an end of its range, as rounding to single precision makes
+#: it, two units of the last place at most: such an argument counts as the end.
+SINGLE_ROUNDING = 1.2e-7
+
 #: Rows of a factor that a draw computes side by side, those that a table lacks included.
 LANES = MOST_NAMES
 

@@ -10,7 +10,7 @@ import textwrap
 
 import numpy as np
 
-from sampler.errors import CODES, LAST_OF_DRAWS
+from sampler.errors import CODES, FLAGS, LAST_OF_DRAWS, OUTSIDE
 from sampler.files import include_directory, write_text
 from sampler.formats import bounds
 from sampler.formats.binary_layout import (
@@ -51,6 +51,7 @@ def public_constants() -> str:
         f"#define RBT_VERSION_MAJOR {major}",
         f"#define RBT_VERSION_MINOR {minor}",
         *(f"#define RBT_{code.name} {_number(code.number)}" for code in CODES),
+        f"#define RBT_OUTSIDE {OUTSIDE} /* RBT_ANGLE, RBT_SPEED or RBT_SPIN: outside the table */",
         "/* variables of a state, in this order */",
         *_enumeration([f"RBT_{name.upper()}" for name in (*VARIABLES, "values")]),
         "/* channels, in which these are stored */",
@@ -107,6 +108,7 @@ def spin_constants() -> str:
                 "KAPPA_QUANTILES": bounds.N_KAPPA_QUANTILES,
                 "SPIN_CORE": repr(bounds.SPIN_CORE),
                 "EQUAL_MOMENTS": repr(bounds.EQUAL_MOMENTS),
+                "SINGLE_ROUNDING": repr(bounds.SINGLE_ROUNDING),
                 "INERTIA_ROUNDING": repr(bounds.INERTIA_ROUNDING),
                 "FOLD": repr(bounds.FOLD),
                 "LEAST_RATIO": repr(bounds.LEAST_RATIO),
@@ -201,17 +203,26 @@ def _array_arguments(array: StoredArray) -> str:
 
 def code_texts() -> str:
     """Write what `rbt_strerror` says, as rows of a C array."""
+    texts = {f"RBT_{code.name}": code.text for code in CODES}
+    flags = [code for code in CODES if code.number in FLAGS.values()]
+    for count in range(2, len(flags) + 1):
+        for several in itertools.combinations(flags, count):
+            name = " | ".join(f"RBT_{flag.name}" for flag in several)
+            texts[name] = "; ".join(flag.text for flag in several)
     lines = []
-    for code in CODES:
-        first, *rest = textwrap.wrap(code.text, _WIDTH - 36, drop_whitespace=False)
-        lines += [f'        {{RBT_{code.name}, "{first}"', *(f'         "{text}"' for text in rest)]
+    for name, text in texts.items():
+        first, *rest = textwrap.wrap(text, _WIDTH - 36, drop_whitespace=False)
+        begin = f'        {{{name}, "{first}"'
+        if len(begin) > _WIDTH:
+            begin = f'        {{{name},\n         "{first}"'
+        lines += [begin, *(f'         "{part}"' for part in rest)]
         lines[-1] += "},"
     return "\n".join(lines) + "\n"
 
 
 def fortran_constants() -> str:
     """Write the codes, and the places of the variables in a state, in Fortran."""
-    codes = {code.name: code.number for code in CODES}
+    codes = {code.name: code.number for code in CODES} | {"OUTSIDE": OUTSIDE}
     places = {name.upper(): k for k, name in enumerate(VARIABLES, 1)} | {"VALUES": len(VARIABLES)}
     return _parameters("integer(c_int)", codes) + _parameters("integer", places)
 

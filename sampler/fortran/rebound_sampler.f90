@@ -28,7 +28,8 @@ module rebound_sampler
   public :: rbt_covered, rbt_has_spin_law, rbt_components, rbt_pair
   public :: rbt_sample, rbt_rebound, rbt_grains
   public :: rbt_wall_tilt, rbt_gas_torque, rbt_spin_after
-  public :: rbt_half_size, rbt_inertia, rbt_sphericity, rbt_mean_half_size, rbt_deposits
+  public :: rbt_half_size, rbt_inertia, rbt_sphericity, rbt_mean_half_size
+  public :: rbt_critical_speed, rbt_deposits
 
   ! Codes, and places of the variables in a state; by `python -m sampler.formats.generated_code`.
   ! begin constants
@@ -41,7 +42,7 @@ module rebound_sampler
       RBT_ERR_NOT_OPENED = -20, RBT_ERR_NOT_READ = -21, RBT_ERR_NO_MEMORY = -22, &
       RBT_ERR_BIG_ENDIAN = -23, RBT_ERR_FORMAT = -24, RBT_ERR_VERSION = -25, RBT_ERR_SIZE = -26, &
       RBT_ERR_CHECKSUM = -27, RBT_ERR_DIMENSIONS = -28, RBT_ERR_NAMES = -29, &
-      RBT_ERR_OFFSETS = -30, RBT_ERR_INDICES = -31
+      RBT_ERR_OFFSETS = -30, RBT_ERR_INDICES = -31, RBT_OUTSIDE = 7
   integer, parameter, public :: &
       RBT_U = 1, RBT_V = 2, RBT_W = 3, RBT_OMEGA_X = 4, RBT_OMEGA_Y = 5, RBT_OMEGA_Z = 6, &
       RBT_ROTATIONAL_ENERGY = 7, RBT_COLLISIONS = 8, RBT_WORK_NORMAL = 9, RBT_WORK_SHEAR = 10, &
@@ -81,6 +82,12 @@ module rebound_sampler
   interface rbt_rebound
     module procedure rebound_one, rebound_many
   end interface rbt_rebound
+
+  ! Grain of a particle: code of the shape, b/a and c/b, the one that it keeps or, with `hit`, a fresh
+  ! one; or the grains of n particles.
+  interface rbt_grains
+    module procedure grains_one, grains_many
+  end interface rbt_grains
 
   interface
     function c_open(path, table) result(code) bind(c, name="rbt_open")
@@ -200,30 +207,41 @@ module rebound_sampler
       real(c_double) :: sphericity
     end function rbt_sphericity
 
-    ! Whether a particle stays on the wall, 1 or 0; ask before the draw.
-    function rbt_deposits(velocity, normal, critical_speed, wall_velocity) result(stays) bind(c)
-      import :: c_double, c_int
-      real(c_double), intent(in) :: velocity(3), normal(3), wall_velocity(3)
+    ! Normal speed, m/s, below which a smooth dry elastic sphere stays on a wall (Brach & Dunn 1992);
+    ! NaN if an argument cannot be used. Moduli of elasticity are in Pa.
+    function rbt_critical_speed(diameter, density, young, poisson, wall_young, wall_poisson) &
+        result(speed) bind(c)
+      import :: c_double
+      real(c_double), value :: diameter, density, young, poisson, wall_young, wall_poisson
+      real(c_double) :: speed
+    end function rbt_critical_speed
+
+    function c_deposits(velocity, normal, critical_speed, wall_velocity) result(stays) &
+        bind(c, name="rbt_deposits")
+      import :: c_double, c_int, c_ptr
+      real(c_double), intent(in) :: velocity(3), normal(3)
       real(c_double), value :: critical_speed
+      type(c_ptr), value :: wall_velocity
       integer(c_int) :: stays
-    end function rbt_deposits
+    end function c_deposits
 
-    ! Torque of the gas on a spinning particle, N m; gas_rotation: half the curl of the gas velocity.
-    subroutine rbt_gas_torque(omega, diameter, density, viscosity, gas_rotation, torque) bind(c)
-      import :: c_double
-      real(c_double), intent(in) :: omega(3), gas_rotation(3)
+    subroutine c_gas_torque(omega, diameter, density, viscosity, gas_rotation, torque) &
+        bind(c, name="rbt_gas_torque")
+      import :: c_double, c_ptr
+      real(c_double), intent(in) :: omega(3)
       real(c_double), value :: diameter, density, viscosity
+      type(c_ptr), value :: gas_rotation
       real(c_double), intent(out) :: torque(3)
-    end subroutine rbt_gas_torque
+    end subroutine c_gas_torque
 
-    ! Angular velocity that it leaves after a time; the result must be another variable than omega.
-    subroutine rbt_spin_after(omega, time, inertia, diameter, density, viscosity, gas_rotation, &
-        new_omega) bind(c)
-      import :: c_double
-      real(c_double), intent(in) :: omega(3), gas_rotation(3)
+    subroutine c_spin_after(omega, time, inertia, diameter, density, viscosity, gas_rotation, &
+        new_omega) bind(c, name="rbt_spin_after")
+      import :: c_double, c_ptr
+      real(c_double), intent(in) :: omega(3)
       real(c_double), value :: time, inertia, diameter, density, viscosity
+      type(c_ptr), value :: gas_rotation
       real(c_double), intent(out) :: new_omega(3)
-    end subroutine rbt_spin_after
+    end subroutine c_spin_after
   end interface
 
 contains
@@ -305,8 +323,51 @@ contains
     half_size = c_mean_half_size(table%handle, diameter)
   end function rbt_mean_half_size
 
-  ! Grains of particles: code of the shape, b/a and c/b, those that they keep or, with `hit`, fresh ones.
-  function rbt_grains(table, seed, index, hit, grains) result(code)
+  ! Whether a particle stays on the wall, 1 or 0; ask before the draw. Without wall_velocity the wall is
+  ! at rest.
+  function rbt_deposits(velocity, normal, critical_speed, wall_velocity) result(stays)
+    real(c_double), intent(in) :: velocity(3), normal(3), critical_speed
+    real(c_double), intent(in), target, optional :: wall_velocity(3)
+    integer(c_int) :: stays
+
+    stays = c_deposits(velocity, normal, critical_speed, address_of(wall_velocity))
+  end function rbt_deposits
+
+  ! Torque of the gas on a spinning particle, N m; gas_rotation: half the curl of the gas velocity, none
+  ! if it is left out.
+  subroutine rbt_gas_torque(omega, diameter, density, viscosity, gas_rotation, torque)
+    real(c_double), intent(in) :: omega(3), diameter, density, viscosity
+    real(c_double), intent(in), target, optional :: gas_rotation(3)
+    real(c_double), intent(out) :: torque(3)
+
+    call c_gas_torque(omega, diameter, density, viscosity, address_of(gas_rotation), torque)
+  end subroutine rbt_gas_torque
+
+  ! Angular velocity that this torque leaves after a time; new_omega must be another variable than omega.
+  subroutine rbt_spin_after(omega, time, inertia, diameter, density, viscosity, gas_rotation, &
+      new_omega)
+    real(c_double), intent(in) :: omega(3), time, inertia, diameter, density, viscosity
+    real(c_double), intent(in), target, optional :: gas_rotation(3)
+    real(c_double), intent(out) :: new_omega(3)
+
+    call c_spin_after(omega, time, inertia, diameter, density, viscosity, address_of(gas_rotation), &
+        new_omega)
+  end subroutine rbt_spin_after
+
+  function grains_one(table, seed, index, hit, grain) result(code)
+    type(rbt_table), intent(in) :: table
+    integer(c_int64_t), intent(in) :: seed, index
+    integer(c_int32_t), intent(in), target, optional :: hit
+    real(c_double), intent(inout) :: grain(3)
+    integer(c_int) :: code
+    type(c_ptr) :: address_of_hit
+
+    address_of_hit = c_null_ptr
+    if (present(hit)) address_of_hit = c_loc(hit)
+    code = c_grains(table%handle, 1_c_size_t, seed, [index], address_of_hit, grain)
+  end function grains_one
+
+  function grains_many(table, seed, index, hit, grains) result(code)
     type(rbt_table), intent(in) :: table
     integer(c_int64_t), intent(in) :: seed
     integer(c_int64_t), intent(in), contiguous :: index(:)
@@ -325,7 +386,7 @@ contains
     hits = c_null_ptr
     if (present(hit)) hits = c_loc(hit)
     code = c_grains(table%handle, int(n, c_size_t), seed, index, hits, grains)
-  end function rbt_grains
+  end function grains_many
 
   ! Draw a state for each column of `states`, whose rows are those of rbt_components, and the inertia
   ! about the spin after.
@@ -457,6 +518,15 @@ contains
     if (present(first_bad)) first_bad = merge(int(found%first_bad) + 1, 0, found%bad > 0)
     if (present(flagged)) flagged = int(found%flagged)
   end function rebound_many
+
+  ! Address of a vector, NULL if it is absent.
+  function address_of(vector) result(address)
+    real(c_double), intent(in), target, optional :: vector(3)
+    type(c_ptr) :: address
+
+    address = c_null_ptr
+    if (present(vector)) address = c_loc(vector)
+  end function address_of
 
   ! 1 for true, else 0.
   function as_int(flag) result(number)

@@ -9,7 +9,6 @@ program tracker
   real(r), parameter :: dt = 2e-5_r, gas(3) = [100, 0, 0], density = 1.2_r, viscosity = 1.8e-5_r
   real(r), parameter :: diameter = 60e-6_r, mass = 4.5e-10_r, half_size = 0.63_r * diameter
   real(r), parameter :: drag = 9.42477796_r * viscosity * diameter / mass  ! of Stokes, 1/s
-  real(r), parameter :: at_rest(3) = 0
 
   ! floor, roof, two sides of each plate: x, y of an end, the normal into the gas, the length
   real(r), parameter :: walls(6, 6) = reshape([ &
@@ -46,12 +45,12 @@ program tracker
         cycle
       end if
       normal = walls(3:5, wall)
-      if (rbt_deposits(v, normal, resting_speed(), at_rest) == 1) exit
+      if (rbt_deposits(v, normal, resting_speed()) == 1) exit
       call slow_down_spin()
       code = rbt_rebound(table, v, normal, half_size, omega=omega, inertia=(inertia), index=index, &
           hit=hit, seed=seed, new_velocity=new_v, new_omega=new_omega, new_inertia=inertia)
       if (code < 0) error stop "a rebound has failed"
-      if (iand(code, RBT_ANGLE + RBT_SPEED + RBT_SPIN) /= 0) outside = outside + 1
+      if (iand(code, RBT_OUTSIDE) /= 0) outside = outside + 1
       v = new_v
       omega = new_omega
       hit = hit + 1
@@ -96,8 +95,8 @@ contains
     real(r) :: moment
 
     moment = inertia * mass * half_size**2
-    if (hit > 0) call rbt_spin_after((omega), flight, moment, diameter, density, viscosity, at_rest, &
-        omega)  ! before the first wall it does not spin
+    if (hit > 0) call rbt_spin_after((omega), flight, moment, diameter, density, viscosity, &
+        new_omega=omega)  ! before the first wall it does not spin
     flight = 0
   end subroutine slow_down_spin
 end program tracker

@@ -30,7 +30,9 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import FIRST_MESH
 from tablegen.simulation.direct import DirectModel
 
-GEOMETRIES = ("cylinder", "any")
+#: Geometries, and how a text names them.
+GEOMETRY_WORDS = {"cylinder": "in a cylinder", "any": "between walls of any direction"}
+GEOMETRIES = tuple(GEOMETRY_WORDS)
 
 #: First and last hit of the groups in which hits are compared. Grains do not spin before hit 1.
 GROUPS = ((2, 2), (3, 6), (7, 10), (11, 20), (21, 40), (41, 60))
@@ -56,7 +58,7 @@ ANGLES = (np.radians(5.0), np.radians(85.0))
 _LEAST_SINE, _MOST_SPIN = 1e-4, 10.0
 
 #: Largest half-size a [m], which does not matter.
-_HALF_SIZE = 2e-5
+HALF_SIZE = 2e-5
 
 #: Discs, which roll best, are ellipsoids with b/a above and c/b below these ratios.
 _DISC = (0.9, 0.7)
@@ -120,7 +122,7 @@ class Arrivals(NamedTuple):
         return wall.rebound(
             velocity,
             normal,
-            _HALF_SIZE,
+            HALF_SIZE,
             omega=omega,
             inertia=inertia,
             seed=seed,
@@ -190,7 +192,7 @@ def follow(
     for hit in range(hits):
         velocity, omega, inertia = arrivals.rebound(wall, seed)
         size = np.linalg.norm(velocity, axis=1)
-        spin = _HALF_SIZE * np.linalg.norm(omega, axis=1)
+        spin = HALF_SIZE * np.linalg.norm(omega, axis=1)
         sine = np.einsum("ni,ni->n", velocity, arrivals.normal) / size
         left[_SPEED, hit], left[_SINE, hit], left[_SPIN, hit] = size / speed, sine, spin / speed
         scale = np.minimum(speed / size, _MOST_SPIN * speed / np.maximum(spin, 1e-300))
@@ -262,13 +264,12 @@ def compare_chain(
         few = on.first(max(round(_GO_ON * len(index)), 2))
         late, _ = follow(law, few, geometry, seed, GROUPS[-1][1] - _LAST_OF_ALL)
         sides.append((early, late))
-    where = "in a cylinder" if geometry == "cylinder" else "between walls of any direction"
     found = []
     for first, last in GROUPS:
         part = int(first > _LAST_OF_ALL)
         rows = slice(first - 1 - part * _LAST_OF_ALL, last - part * _LAST_OF_ALL)
         hits = f"hit {first}" if first == last else f"hits {first} to {last}"
-        place = f"{hits}, {name} {where}"
+        place = f"{hits}, {name} {GEOMETRY_WORDS[geometry]}"
         found.append(later_hit(place, *(side[part][:, rows] for side in sides)))
     return found
 

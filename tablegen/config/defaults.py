@@ -12,6 +12,9 @@ STABILITY_COUNT = 16
 #: Particles under one law of Coulomb friction in the stability study; the quick one has 5 %.
 STABILITY_FRICTION = 20_000
 
+#: Grains of each kind in the chains of hits of the stability study; the quick one has a tenth.
+STABILITY_GRAINS = 1_000
+
 #: Particles of each shape at each angle of the paper's figures.
 FIGURES_COUNT, FIGURES_QUICK_COUNT = 200_000, 20_000
 

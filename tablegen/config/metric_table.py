@@ -125,7 +125,7 @@ CHAINS: dict[str, Metric] = {
 }
 
 #: Largest distances of a table that does not state others.
-CHAIN_LIMITS = {"chain_ks": 0.1, "chain_energy": 0.01, "chain_spin": 0.1, "chain_angle": 0.12}
+CHAIN_LIMITS = {"chain_ks": 0.1, "chain_energy": 0.025, "chain_spin": 0.2, "chain_angle": 0.12}
 
 #: Prefix of the limits of the spin law beside those of the first-impact law.
 SPIN = "spin_"

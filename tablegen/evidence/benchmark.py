@@ -32,31 +32,31 @@ _DIRECTIONS = 32
 
 @dataclass(frozen=True)
 class Budget:
-    """Sizes of all that a report measures; the defaults take below 15 minutes on two cores."""
+    """Sizes of all that a report measures; the defaults take up to five minutes on two cores."""
 
     #: States of the direct reference at a condition, a multiple of those in a batch.
-    reference: int = 400_000
+    reference: int = 200_000
     #: States in a batch, batches per method, and states a side of the classifier.
     batch: int = 50_000
-    batches: int = 5
-    classified: int = 50_000
+    batches: int = 4
+    classified: int = 20_000
     #: Direct states from which a baseline is fitted.
-    training: int = 100_000
+    training: int = 40_000
     #: Draws that are timed together.
-    timed: int = 200_000
+    timed: int = 100_000
     #: Where the methods are compared, as shares of the table's range of angles and speeds.
-    conditions: tuple[tuple[float, float], ...] = ((0.11, 0.13), (0.47, 0.36), (0.75, 0.5))
+    conditions: tuple[tuple[float, float], ...] = ((0.11, 0.13), (0.75, 0.5))
     #: Angles and speeds of the accuracy map, and states a side at each of its points.
-    grid: tuple[int, int] = (12, 6)
-    mapped: int = 400_000
+    grid: tuple[int, int] = (10, 5)
+    mapped: int = 200_000
     #: Angles and speeds of the views of the joint law, and states a side.
     views: tuple[int, int] = (3, 2)
-    viewed: int = 400_000
+    viewed: int = 200_000
     #: Particles a side of each chain of hits.
-    chained: int = 30_000
+    chained: int = 10_000
 
 
-#: About 2 minutes on two cores.
+#: About a minute on two cores.
 QUICK = Budget(
     reference=100_000,
     batch=20_000,
@@ -66,10 +66,10 @@ QUICK = Budget(
     timed=50_000,
     conditions=((0.75, 0.5),),
     grid=(5, 3),
-    mapped=200_000,
+    mapped=100_000,
     views=(2, 1),
     viewed=100_000,
-    chained=8_000,
+    chained=3_000,
 )
 
 

@@ -1,6 +1,6 @@
 """Figures 3 to 10, 12 and 13 of the paper, drawn from `FigureStatistics`."""
 
-from itertools import product
+from itertools import chain, product
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter, gaussian_filter1d
 from tablegen.config.defaults import MIXTURE
 from tablegen.evidence.paper_statistics import (
     DENSITY,
+    DOUBLED,
     SCATTERING_BINS,
     SPATIAL_BINS,
     TABLE,
@@ -54,6 +55,24 @@ _DENSITY_ANGLES = {
 }
 _INDICATRIX_ANGLES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 
+#: Label of what is simulated with twice the resistance.
+_DOUBLED_LABEL = "mixture, twice the resistance"
+
+
+#: What to see in each figure.
+_TO_SEE = {
+    3: "Means and most probable values differ, because the densities are skewed (Figure 5).",
+    4: "The normal velocity falls towards normal impact, and its mean is above its mode.",
+    5: "At 90° prisms have two maxima, unless the resistance is doubled; ellipsoids have one.",
+    6: "Densities have long tails to fast rebounds, which means alone do not show.",
+    7: "Grains leave turning forwards, least at normal impact.",
+    8: "Towards normal impact the density becomes symmetric about 0.",
+    9: "The paper's rotational energy has its maximum at 15 to 20°: dashed rather than solid.",
+    10: "Most probable energies are far below the means of Figure 9.",
+    12: "All directions are alike around the normal, and most grains leave obliquely.",
+    13: "One lobe becomes two from 70° on; spheres, dashed, have one direction only.",
+}
+
 
 def paper_pictures(statistics: FigureStatistics) -> list[Picture]:
     """Draw every figure, in the order of their numbers."""
@@ -68,7 +87,8 @@ def paper_pictures(statistics: FigureStatistics) -> list[Picture]:
 
 
 def _numbered(figure: Any, number: int, title: str, alternative: str, kind: str = "svg") -> Picture:
-    return written(figure, f"figure-{number:02d}.{kind}", f"Figure {number}. {title}", alternative)
+    title = f"Figure {number}. {title}. {_TO_SEE[number]}"
+    return written(figure, f"figure-{number:02d}.{kind}", title, alternative)
 
 
 def _curve_figure(
@@ -78,7 +98,8 @@ def _curve_figure(
     figure = new_figure(9.5, 4.6)
     columns = figure.subplots(1, 2)
     for axes, letter, (quantity, which) in zip(columns, "ab", panels, strict=True):
-        for name, curve in statistics.curves.items():
+        curves = statistics.curves.items(), {DOUBLED: statistics.doubled.get(MIXTURE, {})}.items()
+        for name, curve in chain(*curves):
             having = [s for s in curve.values() if quantity in s.mean]
             values = np.array([getattr(s, which)[quantity] for s in having])
             if (which, quantity) == ("mode", "u") and having and having[-1].alpha_deg == 90.0:
@@ -95,7 +116,9 @@ def _curve_figure(
 
 
 def _draw_curve(axes: Any, name: str, x: list[float], y: FloatArray) -> None:
-    if name != TABLE:
+    if name == DOUBLED:
+        axes.plot(x, y, color=COLOURS[MIXTURE], linestyle="--", label=_DOUBLED_LABEL)
+    elif name != TABLE:
         look = {"color": COLOURS[name], "marker": MARKERS[name], "markersize": 4}
         width = 2.2 if name == MIXTURE else 1.2
         axes.plot(x, y, linewidth=width, label=f"{name}, direct", **look)
@@ -184,14 +207,17 @@ def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> No
 
     width, top = np.pi / SCATTERING_BINS, 0.0
     centres = (np.arange(SCATTERING_BINS) + 0.5) * width
-    for name in (MIXTURE, TABLE):
-        sample = statistics.curves[name].get(alpha_deg)
+    curves = statistics.curves | {DOUBLED: statistics.doubled.get(MIXTURE, {})}
+    for name in (MIXTURE, TABLE, DOUBLED):
+        sample = curves[name].get(alpha_deg)
         if sample is None:
             continue
         density = _density(sample.scattering, sample.count, width)
         top = max(top, float(density.max()))
         if name == MIXTURE:
             axes.fill(centres, density, color="#9fb6c9", label="mixture, direct")
+        elif name == DOUBLED:
+            axes.plot(centres, density, color="black", linestyle=":", label=_DOUBLED_LABEL)
         else:
             axes.plot(centres, density, color=TABLE_COLOUR, linewidth=1.4, label="mixture, table")
     sphere, incident = statistics.spheres[alpha_deg], np.radians(180 - alpha_deg)

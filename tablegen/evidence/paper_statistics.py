@@ -6,6 +6,7 @@ memory.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -25,8 +26,9 @@ ANGLES = tuple(float(x) for x in range(5, 91, 5))
 #: Shapes of the paper, in its order, and the mixture.
 SHAPES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron", MIXTURE)
 
-#: Name of the sample of the mixture that is drawn from the table.
-TABLE = "table"
+#: Names of further samples of the mixture: drawn from the table, and simulated with twice the
+#: sliding resistance.
+TABLE, DOUBLED = "table", "doubled"
 
 #: Factor of the particles at normal impact, of which the paper says most.
 NORMAL_FACTOR = 5
@@ -101,48 +103,74 @@ def sample_statistics_of(
     )
 
 
+#: Samples by shape, or `TABLE`, and by rising angle [degrees].
+Curves = dict[str, dict[float, SampleStatistics]]
+
+
 @dataclass(frozen=True)
 class FigureStatistics:
     """Samples of all shapes at all angles, and the direction of rebound of spheres."""
 
-    #: By shape, or `TABLE`, and by rising angle [degrees]; of the table those that it holds.
-    curves: dict[str, dict[float, SampleStatistics]]
+    #: With the laws of the configuration; of the table those angles that it holds.
+    curves: Curves
+    #: With twice the sliding resistance, without the table; empty if the law is not the paper's.
+    doubled: Curves
     #: By angle: alpha2 of spheres [rad].
     spheres: dict[float, float]
+
+
+def doubled_resistance(config: Config) -> Config | None:
+    """Double the sliding resistance of the paper's law; None if the law is another."""
+    law = config.pair.resistance
+    if law.law != "exponential-orientation":
+        return None
+    return config.with_changes({"pair": {"resistance": {"factor": 2.0 * law.factor}}})
 
 
 def make_statistics(
     table: Table, config: Config, count: int, seed: int, tick: Callable[[], Any]
 ) -> FigureStatistics:
-    """Simulate all shapes at all angles, and draw the mixture from the table.
+    """Simulate all shapes at all angles, also with twice the resistance, and draw from the table.
 
     There are `count` particles of each shape at each angle, `NORMAL_FACTOR` times as many at
     normal impact. `tick` is called after each sample.
     """
-    statistics = FigureStatistics({name: {} for name in (*SHAPES, TABLE)}, {})
+    curves = _simulated(config, count, seed, tick)
+    curves[TABLE] = {}
     (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
-    spheres = config.population.restricted_to("sphere")
     for i, alpha_deg in enumerate(ANGLES):
-        alpha1 = np.radians(alpha_deg)
-        size = count * (NORMAL_FACTOR if alpha_deg == 90.0 else 1)
-        for k, shape in enumerate(SHAPES):
-            stream, of_shape = i * len(SHAPES) + k, config.population.restricted_to(shape)
-            made = simulate(
-                config,
-                alpha1,
-                SPEED,
-                size,
-                seed=seed,
-                stream=stream,
-                population=of_shape,
-                omega="departure",  # as in the paper
-            )
-            parts = made.state, made.collisions, made.energy[:, 1]
-            statistics.curves[shape][alpha_deg] = sample_statistics_of(alpha_deg, *parts)
-            tick()
         if first - 1e-9 <= alpha_deg <= last + 1e-9 and slow <= SPEED <= fast:
-            state = table.sample(alpha1, SPEED, seed=seed, hit=i, index=np.arange(size))
-            statistics.curves[TABLE][alpha_deg] = sample_statistics_of(alpha_deg, state)
-        one = simulate(config, alpha1, SPEED, 1, seed=seed, population=spheres).state
-        statistics.spheres[alpha_deg] = float(scattering_angles(one)[0][0])
-    return statistics
+            index = np.arange(_size(alpha_deg, count))
+            state = table.sample(np.radians(alpha_deg), SPEED, seed=seed, hit=i, index=index)
+            curves[TABLE][alpha_deg] = sample_statistics_of(alpha_deg, state)
+    twice, spheres = doubled_resistance(config), {}
+    for alpha_deg in ANGLES:
+        one = config.population.restricted_to("sphere")
+        state = simulate(config, np.radians(alpha_deg), SPEED, 1, seed=seed, population=one).state
+        spheres[alpha_deg] = float(scattering_angles(state)[0][0])
+    doubled = _simulated(twice, count, seed, tick) if twice else {}
+    return FigureStatistics(curves, doubled, spheres)
+
+
+def _size(alpha_deg: float, count: int) -> int:
+    return count * (NORMAL_FACTOR if alpha_deg == 90.0 else 1)
+
+
+def _simulated(config: Config, count: int, seed: int, tick: Callable[[], Any]) -> Curves:
+    """Simulate each shape and the mixture at each angle; the spin is that of the departure."""
+    curves: Curves = {name: {} for name in SHAPES}
+    for stream, (alpha_deg, shape) in enumerate(product(ANGLES, SHAPES)):
+        made = simulate(
+            config,
+            np.radians(alpha_deg),
+            SPEED,
+            _size(alpha_deg, count),
+            seed=seed,
+            stream=stream,
+            population=config.population.restricted_to(shape),
+            omega="departure",  # as in the paper
+        )
+        parts = made.state, made.collisions, made.energy[:, 1]
+        curves[shape][alpha_deg] = sample_statistics_of(alpha_deg, *parts)
+        tick()
+    return curves

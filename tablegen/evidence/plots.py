@@ -56,7 +56,11 @@ def errors_picture(race: Benchmark, name: str, metrics: Sequence[str] = tuple(ME
             f"Errors of {len(race.runners)} methods at {condition} ({shorts}) against "
             f"{_TIME}, both logarithmic. The numbers are in a table."
         )
-        return written(figure, name, f"Error against {_TIME} at {condition}", alternative)
+        title = (
+            f"Error against {_TIME} at {condition}. Look to the lower left: small errors in a "
+            "short time. No method can be seen to be better than the grey noise."
+        )
+        return written(figure, name, title, alternative)
 
 
 def _draw_errors(axes: Any, race: Benchmark, metric: str) -> None:
@@ -127,7 +131,8 @@ def map_picture(
             figure,
             "map.svg",
             f"Distance of the table from direct simulation. Cells: this run, {atlas.samples:,} "
-            "states a side. Dots: stored in the table, measured when it was made.",
+            "states a side. Dots: stored in the table, measured when it was made. Dark cells are "
+            "where the table is least accurate; none should be above the declared value.",
             "Four maps over impact angle and speed, one of each metric; the table below has the "
             "numbers.",
         )
@@ -203,6 +208,39 @@ def view_picture(drawn: FloatArray, direct: FloatArray, place: str, name: str) -
             f"cells with 20 states or more are beyond 3, {0.0027 * judged:.0f} expected by chance."
         )
         alternative = "Six by six plots of the variables of a state and of all pairs of them."
+        return written(figure, name, title, alternative)
+
+
+class Line(NamedTuple):
+    """Angles [degrees] against the numbers of hits, and the look of the line."""
+
+    hits: Sequence[float]
+    degrees: Sequence[float]
+    colour: str
+    style: str = "-"
+
+
+def angles_picture(
+    panels: Mapping[str, Mapping[str, Line]], name: str, title: str, alternative: str
+) -> Picture:
+    """Draw median angles at which grains leave walls against hits, by title of a panel and label.
+
+    Both axes are logarithmic.
+    """
+    with settings():
+        figure = new_figure(10.0, 4.8)
+        columns = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+        labelled = {}
+        for axes, (words, lines) in zip(columns, panels.items(), strict=True):
+            for label, line in lines.items():
+                look = {"color": line.colour, "linestyle": line.style, "linewidth": 1.6}
+                labelled[label] = axes.plot(line.hits, line.degrees, **look)[0]
+            axes.set(xscale="log", yscale="log", xlabel="hit")
+            for axis in (axes.xaxis, axes.yaxis):
+                axis.set_major_formatter("{x:g}")
+            axes.set_title(words, loc="left")
+        columns[0].set_ylabel("median angle at which grains leave [°]")
+        figure.legend(labelled.values(), labelled, loc="outside lower center", ncols=4)
         return written(figure, name, title, alternative)
 
 

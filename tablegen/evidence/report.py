@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from importlib import metadata
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,13 @@ from sampler.library import processors
 from sampler.table import Table
 from tablegen.accuracy.chains import (
     ANGLES,
+    GEOMETRIES,
     LaterHit,
     Wall,
     chains_of,
     first_arrivals,
     follow,
+    kinds_of_grains,
 )
 from tablegen.accuracy.comparison import Measured
 from tablegen.accuracy.judgement import Judged, judge
@@ -69,6 +72,16 @@ class AccuracyMap:
 
 
 @dataclass(frozen=True)
+class ComparedChain:
+    """One kind of grains through sixty hits in a geometry, compared with direct simulation."""
+
+    kind: str
+    geometry: str
+    #: One for each of `tablegen.accuracy.chains.GROUPS`.
+    hits: tuple[LaterHit, ...]
+
+
+@dataclass(frozen=True)
 class SpinningWay:
     """One way to rebound particles that arrive spinning."""
 
@@ -77,6 +90,8 @@ class SpinningWay:
     batch_nanoseconds: float
     #: Worst numbers along chains; none of direct simulation, the reference.
     numbers: tuple[Judged, ...]
+    #: Empty of direct simulation.
+    chains: tuple[ComparedChain, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -253,7 +268,9 @@ def measure_spinning(
 ) -> tuple[SpinningWay, ...]:
     """Time ways to rebound spinning particles at the sixth hits of chains, and compare them there.
 
-    There is none of a table without a spin law that has only a part of the angles of hits.
+    Each rebound takes the four numbers of rotation that the last one gave, the angular velocity and
+    the inertia about it; only the way without spin ignores them. There is no way of a table without
+    a spin law that has only a part of the angles of hits.
     """
     low, high = table.alpha_range
     if not table.has_spin and (low > ANGLES[0] or high < ANGLES[1]):
@@ -264,16 +281,22 @@ def measure_spinning(
     }
     if table.has_spin:
         walls["table, with spin"] = table
-    hits_of = {name: list[LaterHit]() for name in walls}
+    kinds = kinds_of_grains(DirectModel(config), seed, 1)
+    compared: dict[str, list[ComparedChain]] = {name: [] for name in walls}
     for name in list(walls)[1:]:
         chains = chains_of(walls[name], config, seed, budget.chained)
         parts = in_threads(lambda chain: chain(), chains, lambda _: None)
-        hits_of[name] = [hit for part in parts for hit in part]
+        of_chains = product(kinds, GEOMETRIES)
+        compared[name] = [
+            ComparedChain(*names, tuple(hits)) for names, hits in zip(of_chains, parts, strict=True)
+        ]
     index = np.arange(budget.timed, dtype=np.uint64)
     first = first_arrivals(index, _TIMED_ANGLE, _TIMED_SPEED)
     _, arrivals = follow(walls["direct simulation"], first, "any", seed, _TIMED_HIT - 1)
     ways = []
-    for name, hits in hits_of.items():
+    for name, of_way in compared.items():
         cost = best_seconds(partial(arrivals.rebound, walls[name], seed), 5) / len(index)
-        ways.append(SpinningWay(name, 1e9 * cost, tuple(judge(hits, config.spin_targets))))
+        hits = [hit for chain in of_way for hit in chain.hits]
+        numbers = tuple(judge(hits, config.spin_targets))
+        ways.append(SpinningWay(name, 1e9 * cost, numbers, tuple(of_way)))
     return tuple(ways)

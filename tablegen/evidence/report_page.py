@@ -1,6 +1,6 @@
 """A report as sections of text, tables and pictures, for a terminal and for a page."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -9,8 +9,9 @@ import sampler
 from sampler.formats.channels import STATE
 from sampler.table import Table
 from tablegen.accuracy.accuracy_text import verdict_words
+from tablegen.accuracy.chains import GEOMETRY_WORDS, GROUPS
 from tablegen.accuracy.comparison import Measured
-from tablegen.accuracy.judgement import judge
+from tablegen.accuracy.judgement import Judged, judge
 from tablegen.config.config import Config, stored_config
 from tablegen.config.metric_table import CHAINS, METRICS
 from tablegen.evidence import plots
@@ -24,6 +25,7 @@ _HEADS = [metric.head for metric in METRICS.values()]
 METHOD_HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
 MAP_HEAD = ("condition", *_HEADS, "share of declared", "by")
 SPINNING_HEAD = ("way", "ns, batch", "KS", "energy", "squared spin", "angle")
+HITS_HEAD = ("hits", "way", "KS", "energy", "squared spin", "angle")
 
 #: Purposes of random numbers, apart from those of the measurements.
 _DIRECT, _TABLE = range(300, 302)
@@ -89,7 +91,7 @@ def report_sections(
         Section("Summary", _summary(report, config)),
         Section("Accuracy over angle and speed", accuracy),
         Section("Error against run time", _methods(report, pictures)),
-        Section("Particles that arrive spinning", _spinning(report)),
+        Section("Particles that arrive spinning", _spinning(report, pictures, config)),
     ]
 
 
@@ -128,7 +130,7 @@ def _methods(report: Report, pictures: Mapping[str, Picture]) -> list[Block]:
     return blocks
 
 
-def _spinning(report: Report) -> list[Block]:
+def _spinning(report: Report, pictures: Mapping[str, Picture], config: Config) -> list[Block]:
     """Put the ways to rebound spinning particles beside each other."""
     if not report.spinning:
         return ["No chain of impacts begins in the range of the table."]
@@ -136,17 +138,83 @@ def _spinning(report: Report) -> list[Block]:
         [
             way.name,
             f"{way.batch_nanoseconds:,.0f}",
-            *(f"{number.estimate.value:.3f}" for number in way.numbers),
+            *_numbers(way.numbers),
             *[""] * (len(CHAINS) - len(way.numbers)),
         ]
         for way in report.spinning
     ]
-    caption = "Largest error over the second to sixtieth hits of chains"
-    return [TextTable(caption, SPINNING_HEAD, rows)]
+    by_hits = [
+        [
+            f"{first}" if first == last else f"{first} to {last}",
+            way.name,
+            *_numbers(judge([chain.hits[k] for chain in way.chains], config.spin_targets)),
+        ]
+        for k, (first, last) in enumerate(GROUPS)
+        for way in report.spinning
+        if way.chains
+    ]
+    words = (
+        "Grains fly from wall to wall without gas, in a cylinder and between walls of any "
+        "direction. The law with spin takes and gives four numbers of rotation, the mean angular "
+        "velocity and the inertia about it; the law without spin forgets them. KS is the largest "
+        "distance of speed, angle and spin after a hit. Energy is the error of the share of its "
+        "translational energy that a grain keeps at a hit; squared spin and angle are relative "
+        "errors of the mean squared spin and of the median angle."
+    )
+    return [
+        words,
+        TextTable("Largest error over all kinds of grains and hits 2 to 60", SPINNING_HEAD, rows),
+        *([pictures["chains"]] if "chains" in pictures else []),
+        TextTable("Largest error over all kinds of grains, by hits", HITS_HEAD, by_hits),
+    ]
+
+
+def _numbers(numbers: Sequence[Judged]) -> list[str]:
+    return [f"{number.estimate.value:.3f}" for number in numbers]
+
+
+def _chains_picture(report: Report) -> Picture | None:
+    """Draw the angles of the kind of grains that rolls best, by geometry and way; None if none."""
+    ways = [way for way in report.spinning if way.chains]
+    if not ways:
+        return None
+    hits, kind = [(first * last) ** 0.5 for first, last in GROUPS], ways[0].chains[-1].kind
+    colours = {way.name: ("#0072b2", plots.LOOKS["table"][0])[k % 2] for k, way in enumerate(ways)}
+    panels: dict[str, dict[str, plots.Line]] = {}
+    for way in ways:
+        for chain in (chain for chain in way.chains if chain.kind == kind):
+            lines = panels.setdefault(GEOMETRY_WORDS[chain.geometry], {})
+            direct = [hit.angle_deg[1] for hit in chain.hits]
+            lines["direct simulation"] = plots.Line(hits, direct, "#000000")
+            ours = [hit.angle_deg[0] for hit in chain.hits]
+            lines[way.name] = plots.Line(hits, ours, colours[way.name], "--")
+    title = (
+        f"Median angle at which grains leave the wall ({kind}). In a cylinder grains settle into "
+        "rolling; a law without spin misses it, and the line of a good law with spin covers that "
+        "of direct simulation."
+    )
+    alternative = "Median angles against hits in both geometries; their errors are in a table."
+    return plots.angles_picture(panels, "chains.svg", title, alternative)
 
 
 def _place(race: Benchmark) -> str:
     return f"{race.alpha_deg:g}°, {race.speed:g} m/s"
+
+
+def worst_condition(report: Report) -> Benchmark:
+    """Choose the condition at which the report's own table does worst, by its AUC."""
+
+    def auc(race: Benchmark) -> float:
+        # the report's own table comes before tables beside it
+        table = next(runner for runner in race.runners if runner.family == "table")
+        return table.errors["auc"].mean
+
+    return max(report.races, key=auc)
+
+
+def report_picture(report: Report, name: str) -> Picture:
+    """Draw two errors of every method where the table does worst; the name ends in its kind."""
+    return plots.errors_picture(worst_condition(report), name, ("auc", "ks"))
 
 
 def report_page(report: Report) -> str:
@@ -157,6 +225,8 @@ def report_page(report: Report) -> str:
     pictures = {"map": plots.map_picture(report.atlas, table.accuracy, declared)}
     for k, race in enumerate(report.races):
         pictures[f"methods-{k}"] = plots.errors_picture(race, f"methods-{k}.svg")
+    chains = _chains_picture(report)
+    pictures |= {"chains": chains} if chains else {}
     summary, *measured = report_sections(report, pictures)
     views = Section("Marginals and joint law", _views(report, table, config), folded=True)
     sections = [summary, _identity(table, config), *measured, views]
@@ -172,6 +242,12 @@ def _identity(table: Table, config: Config) -> Section:
         ["restitution law", pair.restitution.source],
         ["resistance law", pair.resistance.source],
         ["variables", ", ".join(STATE)],
+        [
+            "particles that arrive spinning",
+            "by four numbers: the mean angular velocity, and the inertia about it"
+            if table.has_spin
+            else "not covered",
+        ],
         ["content SHA-256", table.contents.content_sha256],
         ["seed", str(file["seed"])],
         ["made with", f"rebound-tables {file['software_version']}"],

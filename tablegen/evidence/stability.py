@@ -13,6 +13,7 @@ from sampler.library import processors
 from tablegen.config.config import Config
 from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.evidence.stability_cases import Case
+from tablegen.evidence.stability_chains import ChainOutcome, run_chains
 from tablegen.evidence.stability_friction import FrictionOutcome, failures_of, run_friction
 from tablegen.model import audit
 from tablegen.progress import bar, thread_pool
@@ -97,11 +98,14 @@ class Study:
     outcomes: tuple[Outcome, ...]
     #: Random impacts under Coulomb's law, if they were asked for.
     friction: tuple[FrictionOutcome, ...] = ()
+    #: Grains through many hits, if they were asked for.
+    chains: tuple[ChainOutcome, ...] = ()
 
     @property
-    def failed(self) -> tuple[Outcome | FrictionOutcome, ...]:
+    def failed(self) -> tuple[Outcome | FrictionOutcome | ChainOutcome, ...]:
         """Outcomes in which the model failed."""
-        return tuple(outcome for outcome in self.outcomes + self.friction if outcome.failures)
+        every = self.outcomes + self.friction + self.chains
+        return tuple(outcome for outcome in every if outcome.failures)
 
     @property
     def holds(self) -> bool:
@@ -112,6 +116,7 @@ class Study:
         """Plain numbers and names, for JSON: degrees, m/s and s."""
         data = {name: value for name, value in vars(self).items() if name != "outcomes"}
         data["friction"] = [outcome.to_dict() for outcome in self.friction]
+        data["chains"] = [outcome.to_dict() for outcome in self.chains]
         cases = [outcome.to_dict() for outcome in self.outcomes]
         version = {"software_version": sampler.__version__}
         return {**version, **data, "holds": self.holds, "cases": cases}
@@ -192,6 +197,7 @@ def run_study(
     *,
     count: int = STABILITY_COUNT,
     friction: int = 0,
+    chained: int = 0,
     seed: int = 1,
     threads: int | None = None,
     progress: bool = False,
@@ -199,7 +205,8 @@ def run_study(
     """Simulate and check cases of ``count`` particles.
 
     ``friction`` is the number of particles under each law of Coulomb friction
-    (`tablegen.evidence.stability_friction`). Threads change nothing but the run time. Raises
+    (`tablegen.evidence.stability_friction`), ``chained`` that of grains of each kind in chains of
+    hits (`tablegen.evidence.stability_chains`). Threads change nothing but the run time. Raises
     `InputError` if the tolerance cannot be halved.
     """
     numerics = config.model
@@ -224,4 +231,5 @@ def run_study(
     outcomes = tuple(done[number] for number in range(len(cases)))
     pair, resolution = config.pair_name, numerics.contact_resolution
     rubbed = run_friction(config, friction, seed, threads, progress) if friction else ()
-    return Study(pair, resolution, numerics.tolerance, seed, count, outcomes, rubbed)
+    hit = run_chains(config, chained, seed, progress) if chained else ()
+    return Study(pair, resolution, numerics.tolerance, seed, count, outcomes, rubbed, hit)

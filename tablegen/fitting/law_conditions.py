@@ -1,4 +1,4 @@
-"""Conditions to which the spin law is fitted: impacts that occur, those beside them, and all others.
+"""Conditions to which the spin law is fitted: impacts that occur, those beside them, the others.
 
 A condition is complete: angle, speed, spin, the inertia about it and the grain decide the law of a
 rebound, whatever happened to the grain before. So conditions may be spread as flows need them.

@@ -29,7 +29,7 @@ _SAME = 2e-4
 
 #: Rounding steps, in units of the file, which then compresses: of the coefficients of 1, of the
 #: inputs and of their products, in gates and in means; and of factors.
-_GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (1, 4, 16), (1, 64, 128), 16
+_GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (1, 8, 32), (1, 64, 128), 16
 
 #: Least quantile of p_v, which a file needs from the second knot on, with a margin for rounding.
 _LEAST_V = 2e-9

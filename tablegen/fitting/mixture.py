@@ -40,7 +40,7 @@ _DEPTH = -40.0
 #: weight (k + _DELAY)^-_DECAY of block k in the running average.
 _POINTS_PER_COMPONENT = 40
 _LEAST_BLOCK = 4000
-_PASSES = 3
+_PASSES = 2
 _DELAY = 2.0
 _DECAY = 0.6
 

@@ -34,7 +34,7 @@ from tablegen.simulation.simulate import simulate
 _COARSE = 32
 
 #: Points of the sample used for each mixture component: more improve no fit.
-_POINTS_PER_COMPONENT = 800
+_POINTS_PER_COMPONENT = 600
 
 #: Steepest impact [degrees] at which a node is simulated. At 90 degrees, contacts that slide freely
 #: leave rounding dust in some components, which lack the dependence that they have at every other

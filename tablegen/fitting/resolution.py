@@ -11,14 +11,15 @@ LADDER = (32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536)
 
 #: The empirical distribution functions of n points are typically off by 1.4 / sqrt(n) in the worst
 #: of six channels: a fifth of the allowed distance at n = _SAMPLES / distance^2.
-_SAMPLES = 40.0
+_SAMPLES = 25.0
 _LEAST_SAMPLES = 100_000
 
 #: Least allowed Kolmogorov-Smirnov distance for which a number of knots is enough.
 _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
 
-#: Conditions with spin that are drawn for each rebound that a leaf is fitted to.
-_CONDITIONS = 0.25
+#: Conditions with spin that are drawn for each rebound that a leaf is fitted to, and most of a leaf:
+#: each is simulated several times, with other phases of its tumbling.
+_CONDITIONS, _MOST_CONDITIONS = 0.15, 18_000
 
 
 class Resolution(NamedTuple):
@@ -55,7 +56,8 @@ class SpinSizes(NamedTuple):
     @property
     def conditions(self) -> int:
         """Number of conditions with spin that are drawn for a shape."""
-        return max(int(_CONDITIONS * self.rebounds * self.leaves), 1000)
+        of_leaf = min(_CONDITIONS * self.rebounds, _MOST_CONDITIONS)
+        return max(int(of_leaf * self.leaves), 1000)
 
     def of_share(self, share: float) -> "SpinSizes":
         """Sizes with a share of the leaves."""
@@ -65,9 +67,9 @@ class SpinSizes(NamedTuple):
 
 #: Sizes by preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
-    "compact": SpinSizes(85, 35, 8, 8, 150_000, 65),
-    "standard": SpinSizes(170, 75, 8, 16, 200_000, 97),
-    "fine": SpinSizes(384, 160, 8, 16, 300_000, 129),
+    "compact": SpinSizes(70, 50, 8, 8, 120_000, 65),
+    "standard": SpinSizes(155, 90, 8, 16, 200_000, 97),
+    "fine": SpinSizes(384, 240, 8, 16, 300_000, 129),
 }
 
 #: How many leaves a shape gets over others: ellipsoids settle into rolling, where the law is steep,

@@ -82,26 +82,26 @@ def fit_picture(made: Calibration, name: str) -> Picture:
     a spread without its mean, as that out of the plane, has a panel too.
     """
     fit = made.chosen
-    quantities = [q for q in QUANTITIES if _numbers_of(fit, q) or _numbers_of(fit, q + SPREAD)]
+    quantities = [q for q in QUANTITIES if _numbers_of(fit, q)]
+    spreads = [q + SPREAD for q in QUANTITIES if _numbers_of(fit, q + SPREAD)]
     speeds = sorted({number.speed for number in fit.numbers}, key=lambda speed: speed or 0.0)
     with settings():
-        figure = new_figure(0.6 + 3.6 * (len(quantities) + 1), 6.4)
-        axes = figure.subplots(2, len(quantities) + 1, sharex=True, squeeze=False)
-        for k, quantity in enumerate(quantities):
-            for ax, column in zip(axes[:, k], (quantity, quantity + SPREAD), strict=True):
-                numbers, label = _numbers_of(fit, column), QUANTITIES[quantity].label
-                ax.set_ylabel(f"spread of {label}" if column != quantity else label)
-                _draw_numbers(ax, numbers, speeds)
-                if not numbers:
-                    ax.remove()
-        for ax, law in zip(axes[:, -1], ("restitution", "resistance"), strict=True):
-            _draw_law(ax, getattr(fit.config.pair, law), speeds)
-            ax.set_ylabel(f"law of {law}")
-        for ax in figure.axes:
+        columns = [*quantities, *spreads]
+        rows = 1 + bool(spreads)
+        width = -(-(len(columns) + 2) // rows)
+        figure = new_figure(0.6 + 3.6 * width, 1.3 + 2.6 * rows)
+        panels = list(figure.subplots(rows, width, squeeze=False).flat)
+        for ax, column in zip(panels, columns, strict=False):
+            label = QUANTITIES[column.removesuffix(SPREAD)].label
+            ax.set_ylabel(f"spread of {label}" if column in spreads else label)
             ax.set_xlabel(ANGLE_LABEL)
-            ax.tick_params(labelbottom=True)
-        for ax in axes[:, -1]:
-            ax.set_xlabel("angle at the contact [°]")
+            _draw_numbers(ax, _numbers_of(fit, column), speeds)
+        of_laws = panels[len(columns) : len(columns) + 2]
+        for ax, law in zip(of_laws, ("restitution", "resistance"), strict=True):
+            _draw_law(ax, getattr(fit.config.pair, law), speeds)
+            ax.set(xlabel="angle at the contact [°]", ylabel=f"law of {law}")
+        for ax in panels[len(columns) + 2 :]:
+            ax.remove()
         handles: dict[str, Any] = {}
         for ax in figure.axes:
             handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))

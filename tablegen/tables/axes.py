@@ -122,7 +122,7 @@ def _first_speeds(config: Config) -> FloatArray:
 
     The first contact of a particle that does not spin has the speed of its impact.
     """
-    axis, parts = _speed_axis(config, *config.domain.speed), [config.domain.speed[:1]]
+    axis, parts = _speed_axis(config, *config.domain.speed), [np.array(config.domain.speed[:1])]
     for low, high in _pieces(config, "speed", config.domain.speed):
         ends = axis(np.array([low, high]))
         count = max(np.ceil(abs(np.log(ends[1] / ends[0])) / _SPEED_STEP), 1.0)

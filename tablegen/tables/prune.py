@@ -2,9 +2,8 @@
 
 Every channel keeps its random word, so rows of the mixture's factors stay if a later channel is
 needed. The look-up of the axes is unchanged, so a condition finds the same cell with the same
-weights. A spin law stays, unless the scene says ``spin = false``, and all of it but the works, its
-last outcomes: u comes from the size of the scaled velocity, and all three angular velocities are
-bounded together.
+weights. A spin law stays, unless the scene says ``spin = false``. Only its last outcome goes, if no
+works are wanted: all others are needed, because a rebound shares out energy among all variables.
 """
 
 import math
@@ -151,7 +150,7 @@ def _spin_law(
     Its angles stay: grains leave a wall at any angle, and meet the next wall so.
     """
     speeds = contents["spin/speed_range"].copy()
-    if not contents.speed_independent:  # the last one, which spins reach, scales a coordinate
+    if not contents.speed_independent:  # the last one scales the coordinate
         speeds[0] = cut["axes/speed"][0]
     cut_law = {"spin/speed_range": speeds}
     if works:

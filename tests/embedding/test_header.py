@@ -5,7 +5,7 @@ import pytest
 import toolchain
 from known_vectors import VECTORS
 
-from sampler.errors import CODES
+from sampler.errors import CODES, FLAGS
 
 IMPLEMENTATION = toolchain.IMPLEMENTATION
 
@@ -31,7 +31,15 @@ def test_two_files_of_one_program(tmp_path):
 def test_texts_of_all_codes(library):
     for code in CODES:
         assert library.rbt_strerror(code.number).decode() == code.text
-    assert library.rbt_strerror(-99) == b"unknown code"
+    assert library.rbt_strerror(-99) == library.rbt_strerror(16) == b"unknown code"
+
+
+def test_the_text_of_a_sum_names_every_flag(library):
+    texts = {code.number: code.text for code in CODES if code.number in FLAGS.values()}
+    assert len(texts) == 4
+    for total in range(1, 16):
+        named = "; ".join(text for flag, text in texts.items() if total & flag)
+        assert library.rbt_strerror(total).decode() == named
 
 
 def test_an_ignored_code_is_a_warning(tmp_path):

@@ -47,6 +47,8 @@ program vectors
   end do
   close (unit)
   if (.not. others_hold()) error stop "range, grains or shapes"
+  if (.not. optional_arguments_hold()) error stop "optional arguments"
+  if (.not. ends_hold()) error stop "a head-on angle in single precision"
   call rbt_close(table)
   if (rbt_is_open(table)) stop 1
   print "(i0, a)", cases, " cases"
@@ -133,6 +135,50 @@ contains
         all(abs(grains(:, 1) - grains(:, 2)) <= 0) .and. (all(grains >= 0) .eqv. spinning) .and. &
         (mean > 1 .eqv. spinning) .and. abs(sphere - 1) < 1e-12 .and. stays == 1 .and. bounces == 0
   end function others_hold
+
+  ! What is left out is 0, and grains of one particle are those of several.
+  function optional_arguments_hold() result(holds)
+    logical :: holds
+    real(c_double), parameter :: v(3) = [9, -1, 0], up(3) = [0, 2, 0], omega(3) = [3000, -10000, 500]
+    real(c_double), parameter :: d = 5e-5_c_double, density = 1.2_c_double, viscosity = 1.8e-5_c_double
+    real(c_double), parameter :: time = 1e-3_c_double, moment = 1e-15_c_double, still(3) = 0
+    real(c_double) :: one(3), many(3, 1), speed, expected
+    integer(c_int) :: answers(2)
+
+    one = -1
+    many = -1
+    answers(1) = rbt_deposits(v, up, 1.01_c_double)
+    answers(2) = rbt_deposits(v, up, 0.99_c_double)
+    holds = answers(1) == 1 .and. answers(2) == 0
+    answers(1) = rbt_grains(table, seed, index_, grain=one)
+    answers(2) = rbt_grains(table, seed, [index_], grains=many)
+    holds = holds .and. answers(1) == answers(2) .and. all(abs(one - many(:, 1)) <= 0)
+    answers(1) = rbt_grains(table, seed, index_, hit, one)
+    answers(2) = rbt_grains(table, seed, [index_], [hit], many)
+    holds = holds .and. answers(1) == answers(2) .and. all(abs(one - many(:, 1)) <= 0)
+    call rbt_spin_after(omega, time, moment, d, density, viscosity, still, one)
+    call rbt_spin_after(omega, time, moment, d, density, viscosity, new_omega=many(:, 1))
+    holds = holds .and. all(abs(one - many(:, 1)) <= 0) .and. all(abs(one) < abs(omega))
+    call rbt_gas_torque(omega, d, density, viscosity, still, one)
+    call rbt_gas_torque(omega, d, density, viscosity, torque=many(:, 1))
+    holds = holds .and. all(abs(one - many(:, 1)) <= 0) .and. all(abs(one) > 0)
+    ! silica on steel, computed by hand: tests/sampler/test_wall.py
+    speed = rbt_critical_speed(1e-6_c_double, 2200.0_c_double, 7e10_c_double, 0.17_c_double, &
+        2.1e11_c_double, 0.3_c_double)
+    expected = (2 * 4.4038e-7_c_double / 1e-6_c_double)**(10 / 7.0_c_double)
+    holds = holds .and. abs(speed / expected - 1) < 1e-4
+  end function optional_arguments_hold
+
+  ! A head-on impact in single precision is above pi/2.
+  function ends_hold() result(holds)
+    logical :: holds
+    real(c_double) :: head_on(1)
+    integer(c_int) :: answer
+
+    head_on = real(asin(1.0), c_double)
+    answer = rbt_sample(table, head_on, [100.0_c_double], index=[index_], hit=[hit], seed=seed)
+    holds = answer >= 0 .and. head_on(1) > 2 * atan(1.0_c_double)
+  end function ends_hold
 
   ! After an error code results are not a number.
   function agree(got, wanted, tolerance) result(answer)

@@ -26,3 +26,12 @@ def test_command_prints(capsys):
     assert rows[4].startswith("| tabulated | ")
     # the tabulated law is that of the pair
     assert float(rows[4].split(" | ")[-1].rstrip(" |")) < 3.5
+
+
+def test_flows_and_pairs_are_chosen(capsys):
+    how_sure.main(["--flow", "cyclone", "--grains", "60"])
+    out = capsys.readouterr().out
+    assert out.count("| twice the resistance | ") == 3
+    how_sure.main(["--pairs", "corundum-steel", "forder-1998", "--grains", "200"])
+    rows = capsys.readouterr().out.splitlines()
+    assert [row.split(" | ")[0] for row in rows[3:5]] == ["| corundum-steel", "| forder-1998"]

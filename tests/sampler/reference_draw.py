@@ -157,7 +157,7 @@ def reference_inertia(kappa, least, most):
 
 
 def _leaf(contents, row, condition):
-    """Leaf of a condition, six numbers and the squared spin, in the tree of a shape."""
+    """Leaf of a condition in the tree of a shape: six numbers, the squared spin, and ratios."""
     node = int(contents["spin/roots"][row])
     while node >= 0:
         value = condition[contents["spin/node_axis"][node]]
@@ -245,7 +245,7 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     q.append(kappa)
     # 2. leaf
     row = list(contents["spin/shape_codes"]).index(grain[0])
-    leaf = _leaf(contents, row, [*q, sigma @ sigma])
+    leaf = _leaf(contents, row, [*q, sigma @ sigma, *grain[1:]])
     # 3. features
     t = (np.array([*q, *grain[1:]]) - contents["spin/centre"][leaf]) * contents["spin/scale"][leaf]
     products = [t[i] * t[j] - 0.5 * (i == j) for i in range(6) for j in range(i, 6)]

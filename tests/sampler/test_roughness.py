@@ -1,7 +1,6 @@
 """Rough walls: every rebound leaves, gains nothing, and scatters as facets do.
 
-The law of the tilt itself is tested on the generator's kernel, in tests/tablegen/model, which draws
-the facets that the library draws.
+The law of the tilt itself is tested in tests/embedding/test_facets.py.
 """
 
 import math

@@ -3,7 +3,6 @@
 import numpy as np
 
 from sampler.formats.bounds import CONDITIONS
-from tablegen.fitting.law_conditions import LAW_ALPHA_DEG
 from tablegen.fitting.spin_coordinates import SPIN_RANGE
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
@@ -19,7 +18,7 @@ _HITS = 6
 
 
 def _occurring(config, model, seed, index):
-    """One impact with spin of each of some particles that is within the law of a table.
+    """One impact with spin of each of some particles that a table draws.
 
     Half of the particles meet the same wall again and again, half walls of any direction.
     """
@@ -31,7 +30,7 @@ def _occurring(config, model, seed, index):
     for number in range(1, _HITS):
         departures = depart(model, impacts, seed, threads=1)
         impacts = next_impacts(departures, any_wall, rng.random((len(any_wall), 2)))
-        covered = impacts.alpha1 >= np.radians(LAW_ALPHA_DEG[0])
+        covered = impacts.alpha1 >= np.radians(config.domain.alpha_deg[0])
         covered &= effective_speed(impacts) >= config.speeds[0]
         covered &= np.linalg.norm(impacts.spin, axis=1) <= SPIN_RANGE[1]
         taken.append(impacts.of(covered & (wanted == number)))

@@ -9,16 +9,17 @@ static int rbti_check_start(const char *image, size_t size, rbti_header *header)
     const uint32_t one = 1;
     uint8_t least;
     memcpy(&least, &one, 1);
-    RBTI_NEED(least == 1, RBT_ERR_BIG_ENDIAN);
-    RBTI_NEED(size >= 8 && memcmp(image, RBTI_MAGIC, 8) == 0, RBT_ERR_FORMAT);
+    RBTI_REQUIRE(least == 1, RBT_ERR_BIG_ENDIAN);
+    RBTI_REQUIRE(size >= 8 && memcmp(image, RBTI_MAGIC, 8) == 0, RBT_ERR_FORMAT);
     const size_t needed = offsetof(rbti_header, file_bytes);
-    RBTI_NEED(size >= needed, RBT_ERR_SIZE);
+    RBTI_REQUIRE(size >= needed, RBT_ERR_SIZE);
     memcpy(header, image, needed);
-    RBTI_NEED(header->major == RBTI_MAJOR, RBT_ERR_VERSION);
-    RBTI_NEED(size >= sizeof *header && size < RBTI_MOST_BYTES, RBT_ERR_SIZE);
+    RBTI_REQUIRE(header->major == RBTI_MAJOR, RBT_ERR_VERSION);
+    RBTI_REQUIRE(size >= sizeof *header && size < RBTI_MOST_BYTES, RBT_ERR_SIZE);
     memcpy(header, image, sizeof *header);
-    RBTI_NEED(header->file_bytes == size, RBT_ERR_SIZE);
-    RBTI_NEED(header->header_bytes >= sizeof *header && header->header_bytes <= size, RBT_ERR_SIZE);
+    RBTI_REQUIRE(header->file_bytes == size, RBT_ERR_SIZE);
+    RBTI_REQUIRE(header->header_bytes >= sizeof *header && header->header_bytes <= size,
+                 RBT_ERR_SIZE);
     return RBT_OK;
 }
 
@@ -38,20 +39,20 @@ static int rbti_check_dimensions(const rbti_header *h)
     const int nodes = (h->flags & RBTI_SPHERES) == 0, law = h->n_leaves > 0;
     const int grains = law || !nodes, laws = h->n_laws > 0 || !nodes;
 #define RBTI_DO(there, name, least, most)                                                          \
-    RBTI_NEED(there ? h->name >= least && h->name <= most : h->name == 0, RBT_ERR_DIMENSIONS);
+    RBTI_REQUIRE(there ? h->name >= least && h->name <= most : h->name == 0, RBT_ERR_DIMENSIONS);
     RBTI_DIMENSIONS(RBTI_DO)
 #undef RBTI_DO
-    RBTI_NEED((nodes || !law) && (grains || !laws), RBT_ERR_DIMENSIONS);
+    RBTI_REQUIRE((nodes || !law) && (grains || !laws), RBT_ERR_DIMENSIONS);
     const uint32_t needed = 1 + h->n_channels + h->n_channels * (h->n_channels + 1) / 2;
     uint32_t stride = 1;
     while (stride < needed)
         stride *= 2;
-    RBTI_NEED(!nodes || h->stride == stride, RBT_ERR_DIMENSIONS);
+    RBTI_REQUIRE(!nodes || h->stride == stride, RBT_ERR_DIMENSIONS);
     return RBT_OK;
 }
 
 /* Whether n names are below a number and different, and followed by -1 only. */
-static int rbti_names_hold(const int8_t names[RBTI_NAMES], uint32_t n, int known)
+static int rbti_names_are_valid(const int8_t names[RBTI_NAMES], uint32_t n, int known)
 {
     int seen = 0, holds = 1;
     for (uint32_t k = 0; k < RBTI_NAMES; k++) {
@@ -65,21 +66,22 @@ static int rbti_names_hold(const int8_t names[RBTI_NAMES], uint32_t n, int known
 static int rbti_check_names(const rbti_header *h)
 {
     uint32_t marginals = 0;
-    RBTI_NEED(rbti_names_hold(h->channels, h->n_channels, RBTI_CHANNELS), RBT_ERR_NAMES);
-    RBTI_NEED(rbti_names_hold(h->columns, h->n_columns, RBT_VALUES), RBT_ERR_NAMES);
+    RBTI_REQUIRE(rbti_names_are_valid(h->channels, h->n_channels, RBTI_CHANNELS), RBT_ERR_NAMES);
+    RBTI_REQUIRE(rbti_names_are_valid(h->columns, h->n_columns, RBT_VALUES), RBT_ERR_NAMES);
     for (uint32_t k = 0; k < RBTI_NAMES; k++)
         if (h->marginals[k] != -1) {
-            RBTI_NEED(k < h->n_channels && h->marginals[k] == (int)marginals, RBT_ERR_NAMES);
+            RBTI_REQUIRE(k < h->n_channels && h->marginals[k] == (int)marginals, RBT_ERR_NAMES);
             marginals++;
         }
-    RBTI_NEED(marginals == h->n_marginals, RBT_ERR_NAMES);
+    RBTI_REQUIRE(marginals == h->n_marginals, RBT_ERR_NAMES);
     return RBT_OK;
 }
 
-/* Whether rows of numbers, and extra numbers behind them, lie in the file at an aligned offset.
-   Rows and numbers are below 2^38 each, and a quotient rounded down cannot mislead. */
-static int rbti_lies(const rbti_header *h, uint64_t at, uint64_t rows, uint64_t numbers,
-                     uint64_t extra, uint64_t bytes)
+/* Whether an array fits into the file: its offset is aligned, and its rows of numbers and the extra
+   numbers behind them end within the file. Rows and numbers are below 2^38 each; the quotients are
+   rounded down, so that no product overflows. */
+static int rbti_array_fits(const rbti_header *h, uint64_t at, uint64_t rows, uint64_t numbers,
+                           uint64_t extra, uint64_t bytes)
 {
     if (at % 64 != 0 || at < h->header_bytes || at > h->file_bytes)
         return 0;
@@ -90,15 +92,16 @@ static int rbti_lies(const rbti_header *h, uint64_t at, uint64_t rows, uint64_t 
 static int rbti_check_offsets(const rbti_header *h)
 {
 #define RBTI_DO(name, member, type, count, rows, numbers, extra)                                   \
-    RBTI_NEED(count == 0 || rbti_lies(h, h->at_##name, rows, numbers, extra, sizeof(type)),        \
-              RBT_ERR_OFFSETS);
+    RBTI_REQUIRE(count == 0 ||                                                                     \
+                     rbti_array_fits(h, h->at_##name, rows, numbers, extra, sizeof(type)),         \
+                 RBT_ERR_OFFSETS);
     RBTI_ARRAYS(RBTI_DO)
 #undef RBTI_DO
     return RBT_OK;
 }
 
 /* Whether the numbers of nodes along an axis are such. */
-static int rbti_axis_holds(const rbt_axis *axis)
+static int rbti_axis_is_valid(const rbt_axis *axis)
 {
     int holds = axis->offset >= 0 && axis->offset <= (int32_t)RBTI_MOST_NUMBER;
     for (int32_t k = 0; k < axis->grid; k++)
@@ -107,7 +110,7 @@ static int rbti_axis_holds(const rbt_axis *axis)
 }
 
 /* Components of the alias tables, and those where classes begin. */
-static int rbti_components_hold(const rbt_table *table, size_t nodes)
+static int rbti_components_are_valid(const rbt_table *table, size_t nodes)
 {
     const size_t components = (size_t)table->n_components, classes = (size_t)table->n_classes;
     int holds = 1;
@@ -119,7 +122,7 @@ static int rbti_components_hold(const rbt_table *table, size_t nodes)
 }
 
 /* Every path through a tree goes on to later nodes, and so ends, in a leaf. */
-static int rbti_trees_hold(const rbt_spin_law *law)
+static int rbti_trees_are_valid(const rbt_spin_law *law)
 {
     int holds = 1;
     for (int32_t k = 0; k < law->n_shapes && law->roots; k++)
@@ -141,7 +144,7 @@ static int rbti_is_table(const double *numbers, int32_t count, double speeds)
 }
 
 /* Laws of contact that are known, and their tables. */
-static int rbti_laws_hold(const double *law, int32_t count)
+static int rbti_laws_are_valid(const double *law, int32_t count)
 {
     if (!(law[RBTI_RESTITUTION] >= 0.0 && law[RBTI_RESTITUTION] <= (double)RBTI_TABULATED &&
           law[RBTI_RESISTANCE] >= 0.0 && law[RBTI_RESISTANCE] <= (double)RBTI_COULOMB &&
@@ -157,10 +160,11 @@ static int rbti_laws_hold(const double *law, int32_t count)
 /* All that a draw takes as an index. */
 static int rbti_check_indices(const rbt_table *table, const rbti_header *h)
 {
-    RBTI_NEED(rbti_axis_holds(&table->alpha) && rbti_axis_holds(&table->speed), RBT_ERR_INDICES);
-    RBTI_NEED(rbti_components_hold(table, (size_t)rbti_nodes(h)), RBT_ERR_INDICES);
-    RBTI_NEED(rbti_trees_hold(&table->spin), RBT_ERR_INDICES);
-    RBTI_NEED(!table->laws || rbti_laws_hold(table->laws, table->n_laws), RBT_ERR_INDICES);
+    RBTI_REQUIRE(rbti_axis_is_valid(&table->alpha) && rbti_axis_is_valid(&table->speed),
+                 RBT_ERR_INDICES);
+    RBTI_REQUIRE(rbti_components_are_valid(table, (size_t)rbti_nodes(h)), RBT_ERR_INDICES);
+    RBTI_REQUIRE(rbti_trees_are_valid(&table->spin), RBT_ERR_INDICES);
+    RBTI_REQUIRE(!table->laws || rbti_laws_are_valid(table->laws, table->n_laws), RBT_ERR_INDICES);
     return RBT_OK;
 }
 

@@ -120,7 +120,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inertia(size_t m, const rbt_spin_law *law,
     RBTI_EACH_DRAW(r) {
         const double given = d->inertia[r], least = d->least[r], most = d->most[r];
         square[r] = rbti_square(d->spin[r], d->spin[m + r], d->spin[2 * m + r]);
-        off[r] = rbti_is_beyond(given, square[r], least, most);
+        off[r] = rbti_inertia_is_beyond(given, square[r], least, most);
         unknown[r] = (given <= 0.0) & (square[r] > 0.0);
         any |= unknown[r];
         d->inertia[r] = rbti_bounded(given, least, most);

@@ -65,9 +65,9 @@ RBTI_INLINE RBT_DEVICE void rbti_along_wall(const double relative[3], const doub
     rbti_unit(e_x, e_x);
 }
 
-RBTI_INLINE RBT_DEVICE void rbti_turned(const double state[3], const double e_x[3],
-                                        const double e_y[3], const double e_z[3], double scale,
-                                        double out[3])
+RBTI_INLINE RBT_DEVICE void rbti_along_axes(const double state[3], const double e_x[3],
+                                            const double e_y[3], const double e_z[3], double scale,
+                                            double out[3])
 {
     double plane[3];
     rbti_combine(state[0], e_x, state[1], e_y, plane);
@@ -88,8 +88,8 @@ RBTI_INLINE RBT_DEVICE int rbti_impact_status(const double velocity[3], const do
         return RBT_ERR_NOT_FINITE;
     if (normal[0] == 0.0 && normal[1] == 0.0 && normal[2] == 0.0)
         return RBT_ERR_NORMAL_NOT_USABLE;
-    return half_size < RBT_LEAST_HALF_SIZE || half_size > RBT_MOST_HALF_SIZE ? RBT_ERR_HALF_SIZE
-                                                                             : RBT_OK;
+    return rbti_is_outside(half_size, RBT_LEAST_HALF_SIZE, RBT_MOST_HALF_SIZE) ? RBT_ERR_HALF_SIZE
+                                                                               : RBT_OK;
 }
 
 /* Impact angle from the wall, rad, not positive if receding; and the tangential speed. */
@@ -118,9 +118,10 @@ RBTI_INLINE RBT_DEVICE void rbti_tangent(const double relative[3], const double 
 }
 
 /* Angle, speed and frame of an impact. */
-RBTI_INLINE RBT_DEVICE int rbti_meet(const double velocity[3], const double normal[3],
-                                     double half_size, const double *wall_velocity, uint64_t seed,
-                                     uint64_t index, uint32_t hit, rbti_impact *impact)
+RBTI_INLINE RBT_DEVICE int rbti_find_impact(const double velocity[3], const double normal[3],
+                                            double half_size, const double *wall_velocity,
+                                            uint64_t seed, uint64_t index, uint32_t hit,
+                                            rbti_impact *impact)
 {
     for (int k = 0; k < 3; k++)
         impact->wall[k] = wall_velocity ? wall_velocity[k] : 0.0;
@@ -155,12 +156,12 @@ RBTI_INLINE RBT_DEVICE int rbti_to_spin(const rbti_impact *impact, const double 
 }
 
 /* A drawn state in the lab frame. */
-RBTI_INLINE RBT_DEVICE void rbti_leave(const rbti_impact *impact, const double state[6],
-                                       double velocity[3], double omega[3])
+RBTI_INLINE RBT_DEVICE void rbti_to_lab_frame(const rbti_impact *impact, const double state[6],
+                                              double velocity[3], double omega[3])
 {
     const double *e_x = impact->e_x, *e_y = impact->e_y, *e_z = impact->e_z;
-    rbti_turned(state, e_x, e_y, e_z, impact->speed, velocity);
-    rbti_turned(state + 3, e_x, e_y, e_z, impact->speed / impact->half_size, omega);
+    rbti_along_axes(state, e_x, e_y, e_z, impact->speed, velocity);
+    rbti_along_axes(state + 3, e_x, e_y, e_z, impact->speed / impact->half_size, omega);
     for (int k = 0; k < 3; k++)
         velocity[k] += impact->wall[k];
 }

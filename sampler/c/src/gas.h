@@ -171,10 +171,30 @@ RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double di
     const double flank = atan(2.0 * ra / rsm), seen = diameter * sin(flank) < rsm
                                                            ? flank
                                                            : atan(2.0 * rq / rsm);
-    if (seen > RBT_MOST_ROUGHNESS)
+    if (rbti_is_outside(seen, 0.0, RBT_MOST_ROUGHNESS))
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
     *tilt = seen;
     return RBT_OK;
+}
+
+/* Compliance of a material, 1/Pa: (1 - poisson^2) / (pi young). NaN if it has no such constants. */
+RBTI_INLINE RBT_DEVICE double rbti_compliance(double young, double poisson)
+{
+    if (!(rbti_finite(young) && rbti_finite(poisson)) || young <= 0.0 ||
+        rbti_is_outside(poisson, 0.0, 0.5))
+        return rbti_nan();
+    return (1.0 - poisson * poisson) / (RBTI_PI * young);
+}
+
+RBT_API RBT_DEVICE double rbt_critical_speed(double diameter, double density, double young,
+                                             double poisson, double wall_young, double wall_poisson)
+{
+    const double both = rbti_compliance(young, poisson) + rbti_compliance(wall_young, wall_poisson);
+    if (!(rbti_finite(diameter) && rbti_finite(density) && rbti_finite(both)) || diameter <= 0.0 ||
+        density <= 0.0)
+        return rbti_nan();
+    const double e = 0.51 * pow(1.25 * RBTI_PI * RBTI_PI * both / pow(density, 1.5), 0.4);
+    return pow(2.0 * e / diameter, 10.0 / 7.0);
 }
 
 RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double normal[3],

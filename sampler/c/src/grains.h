@@ -96,11 +96,12 @@ RBTI_INLINE RBT_DEVICE int32_t rbti_row_of_shape(const rbt_spin_law *law, double
 }
 
 /* Whether a given grain has a shape of the law, and ratios in range. */
-RBTI_INLINE RBT_DEVICE int rbti_grain_holds(const rbt_spin_law *law, const double grain[3])
+RBTI_INLINE RBT_DEVICE int rbti_grain_is_known(const rbt_spin_law *law, const double grain[3])
 {
-    const int ratios = grain[1] >= RBTI_LEAST_RATIO && grain[1] <= 1.0 &&
-                       grain[2] >= RBTI_LEAST_RATIO && grain[2] <= 1.0;
-    return ratios && rbti_row_of_shape(law, grain[0]) < law->n_shapes;
+    const int finite = rbti_finite(grain[1]) && rbti_finite(grain[2]);
+    const int outside = rbti_is_outside(grain[1], RBTI_LEAST_RATIO, 1.0) |
+                        rbti_is_outside(grain[2], RBTI_LEAST_RATIO, 1.0);
+    return finite && !outside && rbti_row_of_shape(law, grain[0]) < law->n_shapes;
 }
 
 /* Given grains; a block that is not full repeats its last one. */
@@ -110,10 +111,10 @@ RBTI_INLINE RBT_DEVICE void rbti_take_grains(size_t m, const rbt_spin_law *law,
 {
     RBTI_EACH_DRAW(r) {
         const double *grain = given + 3 * (r < count ? r : count - 1);
-        const int holds = rbti_grain_holds(law, grain); /* else the row has an error */
+        const int holds = rbti_grain_is_known(law, grain); /* else the row has an error */
         shapes[r] = holds ? rbti_row_of_shape(law, grain[0]) : 0;
-        ratios[r] = holds ? grain[1] : 1.0;
-        ratios[m + r] = holds ? grain[2] : 1.0;
+        ratios[r] = holds ? rbti_bounded(grain[1], RBTI_LEAST_RATIO, 1.0) : 1.0;
+        ratios[m + r] = holds ? rbti_bounded(grain[2], RBTI_LEAST_RATIO, 1.0) : 1.0;
     }
 }
 

@@ -90,7 +90,7 @@ typedef struct rbti_header {
 /* end checks */
 
 /* End a function with a code where something does not hold. */
-#define RBTI_NEED(holds, code)                                                                     \
+#define RBTI_REQUIRE(holds, code)                                                                     \
     do {                                                                                           \
         if (!(holds))                                                                              \
             return (code);                                                                         \

@@ -9,7 +9,7 @@
      2      rbti_choose_node       one of the four nodes, by word 1
      3      rbti_choose_component  one of its components, by word 0, and the class of it
      4      rbti_fill_normals      words to normals n
-            rbti_mix               variates mean + L n, reflected or not, to places among knots
+            rbti_fill_variates               variates mean + L n, reflected or not, to places among knots
      5      rbti_fill_channel      quantiles at these places, averaged over the nodes
             rbti_to_states         channels to variables of the state */
 
@@ -29,17 +29,18 @@ typedef struct rbti_draws {
 /* Flags of a condition, without branches: one range for both laws. */
 RBTI_INLINE RBT_DEVICE int rbti_flags(const rbt_table *table, double alpha1, double speed)
 {
-    const int angle = (alpha1 < table->alpha.low) | (alpha1 > table->alpha.high);
-    const int fast = (speed < table->speed.low) | (speed > table->speed.high);
-    const int far = (speed < table->valid_speed[0]) | (speed > table->valid_speed[1]);
-    return angle * RBT_ANGLE | fast * RBT_SPEED | far * RBT_EXTRAPOLATED;
+    const double *measured = table->valid_speed;
+    return rbti_is_outside(alpha1, table->alpha.low, table->alpha.high) * RBT_ANGLE |
+           rbti_is_outside(speed, table->speed.low, table->speed.high) * RBT_SPEED |
+           rbti_is_outside(speed, measured[0], measured[1]) * RBT_EXTRAPOLATED;
 }
 
 #ifdef RBTI_BLOCKS
 /* Whether nothing can be drawn at a condition, without branches; rbti_error says why. */
-RBTI_INLINE RBT_DEVICE int rbti_is_bad(double alpha1, double speed)
+RBTI_INLINE RBT_DEVICE int rbti_cannot_be_drawn(double alpha1, double speed)
 {
-    const int bad = (alpha1 <= 0.0) | (alpha1 > RBTI_HALF_PI + RBTI_ROUNDING) | (speed <= 0.0);
+    const int steep = rbti_is_outside(alpha1, 0.0, RBTI_HALF_PI);
+    const int bad = (alpha1 <= 0.0) | steep | (speed <= 0.0);
     return bad | (1 - rbti_finite(alpha1) * rbti_finite(speed));
 }
 #endif
@@ -48,7 +49,7 @@ RBTI_INLINE RBT_DEVICE int rbti_error(double alpha1, double speed)
 {
     if (!(rbti_finite(alpha1) && rbti_finite(speed)))
         return RBT_ERR_NOT_FINITE;
-    if (alpha1 <= 0.0 || alpha1 > RBTI_HALF_PI + RBTI_ROUNDING)
+    if (alpha1 <= 0.0 || rbti_is_outside(alpha1, 0.0, RBTI_HALF_PI))
         return RBT_ERR_NOT_APPROACHING;
     return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_OK;
 }
@@ -165,7 +166,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_factors(size_t m, const rbt_table *table, 
 }
 
 /* Normals to variates mean + L n, reflected or not, and these to fractions between knots. */
-RBTI_INLINE RBT_DEVICE void rbti_mix(size_t m, const rbt_table *table, int32_t n, rbti_draws *d)
+RBTI_INLINE RBT_DEVICE void rbti_fill_variates(size_t m, const rbt_table *table, int32_t n,
+                                               rbti_draws *d)
 {
     const float variate_max = (float)table->variate_max, scale = (float)table->variate_scale;
     const float last = (float)(table->n_knots - 1);
@@ -249,8 +251,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_channel(size_t m, const rbt_table *table, 
 
 /* The same in its place among the channels. In registers, which a device has in place of memory, no
    place can be looked up. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_place(size_t m, const rbt_table *table, int32_t row,
-                                            rbti_draws *d)
+RBTI_INLINE RBT_DEVICE void rbti_place_channel(size_t m, const rbt_table *table, int32_t row,
+                                               rbti_draws *d)
 {
 #if defined(RBTI_GPU)
     double channel;
@@ -263,9 +265,9 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_place(size_t m, const rbt_table *table, in
 }
 
 /* Whether the table has a variable. */
-RBTI_INLINE RBT_DEVICE int rbti_has(const rbt_table *table, int variable)
+RBTI_INLINE RBT_DEVICE int rbti_has_variable(const rbt_table *table, int variable)
 {
-    return table->held >> variable & 1u;
+    return table->variable_bits >> variable & 1u;
 }
 
 /* Channels to variables of the state, as tables/FORMAT.md gives them: the first six, or all ten, of
@@ -312,9 +314,9 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
         if (variables > 6) {
             state[RBT_ROTATIONAL_ENERGY] = energy_hat[r] * left[r];
             state[RBT_COLLISIONS] = floor(collisions[r]);
-            state[RBT_WORK_NORMAL] = rbti_has(table, RBT_WORK_NORMAL) ? normal[r] : 0.0;
+            state[RBT_WORK_NORMAL] = rbti_has_variable(table, RBT_WORK_NORMAL) ? normal[r] : 0.0;
             state[RBT_WORK_SHEAR] =
-                rbti_has(table, RBT_WORK_SHEAR) ? (1.0 - energy_hat[r]) * left[r] : 0.0;
+                rbti_has_variable(table, RBT_WORK_SHEAR) ? (1.0 - energy_hat[r]) * left[r] : 0.0;
         }
     }
 }
@@ -335,20 +337,20 @@ RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, in
         rbti_fill_normals(m, table->normals, d->words + rbti_word_of_normal((size_t)row) * m,
                           d->values + (size_t)row * m);
     if (n == 6) /* as most tables have: the compiler unrolls the triangle of factors */
-        rbti_mix(m, table, 6, d);
+        rbti_fill_variates(m, table, 6, d);
     else
-        rbti_mix(m, table, n, d);
+        rbti_fill_variates(m, table, n, d);
     memset(d->channels, 0, RBTI_CHANNELS * m * sizeof *d->channels);
     for (int32_t row = 0; row < n; row++)
         if (table->marginals[row] >= 0)
-            rbti_fill_place(m, table, row, d);
+            rbti_place_channel(m, table, row, d);
     rbti_to_states(m, count, variables, table, d, states);
 }
 
 /* One draw from a table with any number of channels. */
-RBTI_APART RBT_DEVICE void rbti_draw_channels(const rbt_table *table, double alpha1, double speed,
-                                              uint64_t seed, uint64_t index, uint32_t hit,
-                                              int variables, double *state)
+RBTI_NOT_INLINED RBT_DEVICE void rbti_draw_channels(const rbt_table *table, double alpha1,
+                                                    double speed, uint64_t seed, uint64_t index,
+                                                    uint32_t hit, int variables, double *state)
 {
     rbti_draws draws;
     draws.alpha1[0] = alpha1;
@@ -395,7 +397,7 @@ RBTI_INLINE void rbti_take_conditions(const rbt_table *table, const rbt_conditio
     }
     RBTI_EACH_DRAW(r) {
         codes[r] = rbti_flags(table, d->alpha1[r], d->speed[r]);
-        bad |= rbti_is_bad(d->alpha1[r], d->speed[r]);
+        bad |= rbti_cannot_be_drawn(d->alpha1[r], d->speed[r]);
     }
     for (size_t r = 0; r < m && bad; r++) {
         const int error = rbti_error(d->alpha1[r], d->speed[r]);

@@ -4,9 +4,9 @@
 
 RBT_API int rbt_open(const char *path, rbt_table **table)
 {
-    RBTI_NEED(table, RBT_ERR_MISSING);
+    RBTI_REQUIRE(table, RBT_ERR_MISSING);
     *table = NULL;
-    RBTI_NEED(path, RBT_ERR_MISSING);
+    RBTI_REQUIRE(path, RBT_ERR_MISSING);
     const int file = open(path, O_RDONLY | O_NONBLOCK); /* a pipe is not waited for */
     if (file < 0)
         return RBT_ERR_NOT_OPENED;
@@ -15,7 +15,8 @@ RBT_API int rbt_open(const char *path, rbt_table **table)
         close(file);
         return RBT_ERR_NOT_READ;
     }
-    if (about.st_size <= 0 || about.st_size >= (off_t)RBTI_MOST_BYTES) {
+    /* not compared as off_t, which has 32 bits on some machines */
+    if (about.st_size <= 0 || (uint64_t)about.st_size >= RBTI_MOST_BYTES) {
         close(file);
         return about.st_size <= 0 ? RBT_ERR_FORMAT : RBT_ERR_SIZE;
     }
@@ -54,9 +55,9 @@ static int rbti_read_file(FILE *file, void **memory, char **image, size_t *size)
 
 RBT_API int rbt_open(const char *path, rbt_table **table)
 {
-    RBTI_NEED(table, RBT_ERR_MISSING);
+    RBTI_REQUIRE(table, RBT_ERR_MISSING);
     *table = NULL;
-    RBTI_NEED(path, RBT_ERR_MISSING);
+    RBTI_REQUIRE(path, RBT_ERR_MISSING);
 #ifdef RBTI_POSIX
     struct stat about; /* opening a pipe would wait */
     if (stat(path, &about) == 0 && !S_ISREG(about.st_mode))
@@ -112,11 +113,13 @@ RBT_API const char *rbt_strerror(int code)
          "inertia 0 or more"},
         {RBT_ERR_NOT_APPROACHING, "alpha1: allowed: above 0, at most pi/2 rad; velocity: allowed:"
          " towards the wall, (velocity - wall_velocity) . normal < 0"},
-        {RBT_ERR_SPEED_NOT_POSITIVE, "speed: allowed: above 0 m/s; velocity: allowed: 1e-150 m/s or "
+        {RBT_ERR_SPEED_NOT_POSITIVE,
+         "speed: allowed: above 0 m/s; velocity: allowed: 1e-150 m/s or "
          "more relative to the wall"},
         {RBT_ERR_NORMAL_NOT_USABLE, "normal: allowed: any length but zero"},
         {RBT_ERR_HALF_SIZE, "half_size: allowed: 1e-09 to 0.1 m"},
-        {RBT_ERR_ROUGHNESS_NOT_USABLE, "roughness: allowed: 0 to 0.5 rad; of a profile: ra and rq 0 or"
+        {RBT_ERR_ROUGHNESS_NOT_USABLE,
+         "roughness: allowed: 0 to 0.5 rad; of a profile: ra and rq 0 or"
          " more, rsm and diameter above 0, and a tilt within that"},
         {RBT_ERR_CASCADE_NOT_ENDED, "roughness: bounces without end"},
         {RBT_ERR_NO_SPIN_LAW, "spin, grain, rebound: the table has no spin law, allowed: "
@@ -139,11 +142,48 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_OFFSETS, "offsets: an array does not lie in the file on a multiple of 64"},
         {RBT_ERR_INDICES, "indices: a component, class, root or child lies beyond its "
          "array"},
+        {RBT_ANGLE | RBT_SPEED, "impact angle outside the table: the nearest was drawn; impact "
+         "speed outside the table: the nearest was drawn"},
+        {RBT_ANGLE | RBT_SPIN, "impact angle outside the table: the nearest was drawn; spin "
+         "beyond the table, or inertia beyond the grain: the nearest was"
+         " drawn"},
+        {RBT_ANGLE | RBT_EXTRAPOLATED,
+         "impact angle outside the table: the nearest was drawn; a speed"
+         " at which the material pair was not measured"},
+        {RBT_SPEED | RBT_SPIN, "impact speed outside the table: the nearest was drawn; spin "
+         "beyond the table, or inertia beyond the grain: the nearest was"
+         " drawn"},
+        {RBT_SPEED | RBT_EXTRAPOLATED,
+         "impact speed outside the table: the nearest was drawn; a speed"
+         " at which the material pair was not measured"},
+        {RBT_SPIN | RBT_EXTRAPOLATED, "spin beyond the table, or inertia beyond the grain: the "
+         "nearest was drawn; a speed at which the material pair was not "
+         "measured"},
+        {RBT_ANGLE | RBT_SPEED | RBT_SPIN,
+         "impact angle outside the table: the nearest was drawn; impact "
+         "speed outside the table: the nearest was drawn; spin beyond "
+         "the table, or inertia beyond the grain: the nearest was drawn"},
+        {RBT_ANGLE | RBT_SPEED | RBT_EXTRAPOLATED,
+         "impact angle outside the table: the nearest was drawn; impact "
+         "speed outside the table: the nearest was drawn; a speed at "
+         "which the material pair was not measured"},
+        {RBT_ANGLE | RBT_SPIN | RBT_EXTRAPOLATED,
+         "impact angle outside the table: the nearest was drawn; spin "
+         "beyond the table, or inertia beyond the grain: the nearest was"
+         " drawn; a speed at which the material pair was not measured"},
+        {RBT_SPEED | RBT_SPIN | RBT_EXTRAPOLATED,
+         "impact speed outside the table: the nearest was drawn; spin "
+         "beyond the table, or inertia beyond the grain: the nearest was"
+         " drawn; a speed at which the material pair was not measured"},
+        {RBT_ANGLE | RBT_SPEED | RBT_SPIN | RBT_EXTRAPOLATED,
+         "impact angle outside the table: the nearest was drawn; impact "
+         "speed outside the table: the nearest was drawn; spin beyond "
+         "the table, or inertia beyond the grain: the nearest was drawn;"
+         " a speed at which the material pair was not measured"},
 /* end texts */
     };
-    const int lowest = code > 0 ? code & -code : code; /* of a sum of flags */
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)
-        if (texts[k].code == lowest)
+        if (texts[k].code == code)
             return texts[k].text;
     return "unknown code";
 }

@@ -50,7 +50,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
 
 /* Outcomes of a table with laws of contact are less those of the sphere with the mean moment of inertia
    of the grain, in the condition of the draw, over 1 - c/a: add these. */
-RBTI_APART RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table, rbti_spin_draws *d)
+RBTI_NOT_INLINED RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table,
+                                                  rbti_spin_draws *d)
 {
     RBTI_EACH_DRAW(r) {
         const double b_a = d->inputs[RBTI_IN_B_A * m + r];
@@ -81,7 +82,7 @@ RBTI_APART RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table, rb
 }
 
 /* Rows of what step 7 makes: the first six variables, then these. */
-enum { RBTI_INERTIA_AFTER = 6, RBTI_NORMAL, RBTI_SHEAR, RBTI_MADE };
+enum { RBTI_INERTIA_AFTER = 6, RBTI_NORMAL, RBTI_SHEAR, RBTI_STATE_ROWS };
 
 /* Outcomes to variables, inertia and works, of which the normal one has the share a^6. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rbti_spin_draws *d,
@@ -118,7 +119,7 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t o
                                                 const rbti_spin_draws *d, double *states,
                                                 double *after)
 {
-    double values[RBTI_MADE * RBTI_BLOCK] RBTI_ALIGNED;
+    double values[RBTI_STATE_ROWS * RBTI_BLOCK] RBTI_ALIGNED;
     const size_t width = (size_t)variables;
     rbti_fill_values(m, outcomes, d, values);
     for (size_t k = 0; k < RBT_VALUES; k++) { /* a number that compilers know */
@@ -127,9 +128,9 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t o
         const int is_work = k >= RBT_WORK_NORMAL;
         const size_t row = is_work ? RBTI_NORMAL + (k - RBT_WORK_NORMAL) : k;
         const int known = k <= RBT_OMEGA_Z || (is_work && outcomes == RBTI_MOST_OUTCOMES);
-        const int held = known && rbti_has(table, (int)k);
+        const int is_stored = known && rbti_has_variable(table, (int)k);
         for (size_t r = 0; r < count; r++)
-            states[width * r + k] = held ? values[row * m + r] : 0.0;
+            states[width * r + k] = is_stored ? values[row * m + r] : 0.0;
     }
     for (size_t r = 0; r < count && after; r++)
         after[r] = values[RBTI_INERTIA_AFTER * m + r];

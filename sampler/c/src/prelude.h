@@ -16,6 +16,7 @@
 #define REBOUND_SAMPLER_IMPLEMENTED
 
 #ifndef RBT_DEVICE_ONLY
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,6 +33,16 @@
 #else
 #include <stdio.h>
 #endif
+#endif
+
+/* Machines and flags that cannot give the bits of other machines. */
+#if !defined(RBT_DEVICE_ONLY) && (FLT_EVAL_METHOD == 1 || FLT_EVAL_METHOD == 2)
+#error "rebound_sampler.h: this compiler computes with more digits than the types have (x87), so draws \
+would differ from those of other machines. For 32-bit x86 compile with: -msse2 -mfpmath=sse"
+#endif
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+#error "rebound_sampler.h: this machine is big-endian, and binary tables are little-endian. Draw on a \
+little-endian machine (x86-64, AArch64, RISC-V, ppc64le)"
 #endif
 
 /* No multiplication is fused with an addition, so that states have the bits of Python's. */
@@ -54,23 +65,23 @@ extern "C" {
 
 #if defined(__GNUC__)
 #define RBTI_INLINE static inline __attribute__((always_inline))
-#define RBTI_APART static __attribute__((noinline)) /* keeps its stack frame out of callers */
+#define RBTI_NOT_INLINED static __attribute__((noinline)) /* keeps its stack frame out of callers */
 #define RBTI_ALIGNED __attribute__((aligned(64)))
 #elif defined(RBTI_GPU)
 #define RBTI_INLINE static __forceinline__
-#define RBTI_APART static __noinline__
+#define RBTI_NOT_INLINED static __noinline__
 #define RBTI_ALIGNED
 #else
 #define RBTI_INLINE static inline
-#define RBTI_APART static
+#define RBTI_NOT_INLINED static
 #define RBTI_ALIGNED
 #endif
 
 /* Written once on a host, where that saves time of compilation, and in its place on a device. */
 #if defined(RBTI_GPU)
-#define RBTI_ONCE RBTI_INLINE
+#define RBTI_ONCE_ON_HOST RBTI_INLINE
 #else
-#define RBTI_ONCE RBTI_APART
+#define RBTI_ONCE_ON_HOST RBTI_NOT_INLINED
 #endif
 
 /* Versions of a function for processors with wide vectors; the loader takes the one for the processor
@@ -85,7 +96,7 @@ extern "C" {
 #endif
 #ifndef RBTI_CLONES
 #define RBTI_BATCH_CLONES
-#define RBTI_CLONES RBTI_APART
+#define RBTI_CLONES RBTI_NOT_INLINED
 #endif
 
 #if defined(__GNUC__) && !defined(RBTI_GPU)
@@ -98,7 +109,6 @@ extern "C" {
 
 #define RBTI_HALF_PI 1.5707963267948966
 #define RBTI_TWO_PI 6.283185307179586
-#define RBTI_ROUNDING 1e-12
 #define RBTI_UNIT (1.0f / 4096.0f) /* of the numbers of a record */
 #define RBTI_NORMAL_IMPACT 1e-12
 #define RBTI_LEAST_SPEED 1e-150 /* m/s: the square of a smaller one is no number */
@@ -115,6 +125,7 @@ extern "C" {
 #define RBTI_KAPPA_QUANTILES 33
 #define RBTI_SPIN_CORE 0.3
 #define RBTI_EQUAL_MOMENTS 1e-09
+#define RBTI_SINGLE_ROUNDING 1.2e-07
 #define RBTI_INERTIA_ROUNDING 1e-06
 #define RBTI_FOLD 0.1
 #define RBTI_LEAST_RATIO 0.001
@@ -159,6 +170,13 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
     uint64_t bits;
     memcpy(&bits, &x, sizeof bits);
     return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
+}
+
+/* Whether a number lies outside a range, by more than rounding to single precision can put it there. This
+   function checks the range of every argument, so that asinf(1), which is above pi/2, is head-on. */
+RBTI_INLINE RBT_DEVICE int rbti_is_outside(double x, double least, double most)
+{
+    return (x < least * (1.0 - RBTI_SINGLE_ROUNDING)) | (x > most * (1.0 + RBTI_SINGLE_ROUNDING));
 }
 
 /* A number within bounds; the least of NaN. */

@@ -33,9 +33,10 @@
    rbt_close of one table must not run beside other calls with it.
 
    Codes: 0 is fine, a positive code is a sum of flags, a negative one an error; rbt_strerror says what
-   each means. A row with a flag was drawn, at the nearest condition of the table where it lies outside;
-   a row with an error has NaN in all of its results, but one that does not approach its wall
-   (RBT_ERR_NOT_APPROACHING) has there what it arrived with. Nothing is printed: count both, and tell
+   each means. A row with a flag was drawn; where it lies outside the table, at the nearest condition.
+   Test `code & RBT_OUTSIDE` for that, not `code > 0`: RBT_EXTRAPOLATED is set in most rows where
+   particles are slow. A row with an error has NaN in all of its results, but one that does not approach
+   its wall (RBT_ERR_NOT_APPROACHING) has there what it arrived with. Nothing is printed: count both, and tell
    your user. A NULL where an array is required is an error as well, and then nothing is written.
 
    Part of rebound-tables; MIT licence. */
@@ -123,6 +124,7 @@ extern "C" {
 #define RBT_ERR_NAMES (-29)
 #define RBT_ERR_OFFSETS (-30)
 #define RBT_ERR_INDICES (-31)
+#define RBT_OUTSIDE 7 /* RBT_ANGLE, RBT_SPEED or RBT_SPIN: outside the table */
 /* variables of a state, in this order */
 enum { RBT_U, RBT_V, RBT_W, RBT_OMEGA_X, RBT_OMEGA_Y, RBT_OMEGA_Z, RBT_ROTATIONAL_ENERGY,
        RBT_COLLISIONS, RBT_WORK_NORMAL, RBT_WORK_SHEAR, RBT_VALUES };
@@ -170,7 +172,7 @@ RBT_API RBT_MUST_USE int rbt_open_memory(const void *image, size_t size, rbt_tab
 /* End a table; NULL is allowed. */
 RBT_API void rbt_close(rbt_table *table);
 
-/* One line on a return code, of a sum of flags on the lowest; a constant string, never NULL. */
+/* One line on a return code, which names every flag of a sum; a constant string, never NULL. */
 RBT_API const char *rbt_strerror(int code);
 
 #endif
@@ -223,7 +225,7 @@ typedef struct rbt_conditions {
     const double *inertia; /* inertias k about the spin; NULL or 0: not known */
     const double *grain;   /* 3 n; NULL: the grains of the keys. Without spin they do not spin */
     const uint64_t *index; /* identities of the particles; required */
-    const uint32_t *hit;   /* how many walls they have met before; required */
+    const uint32_t *hit;   /* how many walls they have met before, below 2^32; required */
     double *inertia_after; /* written: n inertias k about the spin after the rebound, 0 by the law of first
                               impacts; NULL: not wanted */
     int fresh;             /* 1: another grain at each hit */
@@ -312,8 +314,9 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double r
    diameter: of the sphere of equal volume, m; density, kg/m3, and viscosity, Pa s: of the gas; all
    above 0, or a viscosity of 0: no torque. gas_rotation: half the curl of the gas velocity, rad/s;
    NULL: 0. inertia: kg m2, the particle's own, k m a^2 with the k of the rebound, or rbt_inertia m a^2
-   where k is not known; for grains that feel another multiple of the torque, divide it by that. Where the
-   gas turns evenly one call for a whole flight is exact. With slip = gas_rotation - omega the torque on a sphere is
+   where k is not known. For grains that feel another multiple of the torque, divide the inertia by that
+   multiple. Where the gas turns evenly, one call for a whole flight is exact. With slip = gas_rotation -
+   omega the torque on a sphere is
 
        (density / 2) (diameter / 2)^5 C |slip| slip,
        C = 64 pi / Re below Re = density diameter^2 |slip| / viscosity = 32,
@@ -335,23 +338,36 @@ RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, doubl
    of unknown volume. */
 RBT_API RBT_DEVICE double rbt_half_size(double diameter, const double grain[3]);
 
-/* Mean moment of inertia of a grain over m a^2, for rbt_spin_after where the inertia about the spin is not
-   known, and sphericity, the surface of the
-   sphere of equal volume over that of the grain, for laws of drag; 0: a mesh. */
+/* Mean moment of inertia of a grain over m a^2, for rbt_spin_after where the inertia about the spin is
+   not known. Sphericity of a grain: the surface of the sphere of equal volume over that of the grain,
+   for laws of drag. Both are 0 for a mesh. */
 RBT_API RBT_DEVICE double rbt_inertia(const double grain[3]);
 RBT_API RBT_DEVICE double rbt_sphericity(const double grain[3]);
 
 /* Mean of rbt_half_size over the particles of a table; 0: one without a spin law, or with meshes. */
 RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diameter);
 
+/* Normal speed, m/s, below which a smooth dry elastic sphere stays on a wall. In SI units it is
+
+       (2 E / diameter)^(10/7),  E = 0.51 (5 pi^2 (k + k') / (4 density^(3/2)))^(2/5),
+
+   with k = (1 - poisson^2) / (pi young), and k' of the wall. diameter, m, and density, kg/m3, are those
+   of the particle; young is Young's modulus, Pa; poisson is Poisson's ratio, 0 to 0.5. NaN if an argument
+   cannot be used. Source: Brach & Dunn, Aerosol Sci. Technol. 16 (1992) 51-64, as El-Batsh takes it
+   (dissertation, TU Wien, 2001). */
+RBT_API RBT_DEVICE double rbt_critical_speed(double diameter, double density, double young,
+                                             double poisson, double wall_young,
+                                             double wall_poisson);
+
 /* Whether a particle that meets a wall stays there: 1, if it approaches at less than a critical normal
    speed, m/s; else 0. Ask before the draw. Arguments as of rbt_rebound; with NaN it is 0. */
 RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double normal[3],
                                     double critical_speed, const double wall_velocity[3]);
 
-/* An axis of the node grid, rad or m/s. A value from low to high is inside: the ends with the rounding
-   of a unit conversion. coordinate[grid] is the fractional number of the node at equal steps from
-   origin on, scale of them per rad or m/s; offset is the number of the first of the nodes. */
+/* An axis of the node grid, rad or m/s. Values from low to high are inside; so are values beyond
+   these ends by no more than rounding to single precision. coordinate[grid] is the fractional number
+   of the node at equal steps from origin on, scale of them per rad or m/s; offset is the number of the
+   first of the nodes. */
 typedef struct rbt_axis {
     double first, last, low, high, origin, scale;
     int32_t offset, nodes, grid;
@@ -363,7 +379,7 @@ typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots, n_outcomes; /* 0 shapes: no law */
     double least_spin, most_spin; /* squares of the sizes of the spin that it covers */
     double alpha_first, alpha_last, speed_first, speed_last; /* nearest conditions that it draws at */
-    double alpha_low, alpha_high, speed_high; /* its range, with room for rounding */
+    double alpha_low, alpha_high, speed_high; /* its range, for flags */
     double speed_unit, speed_scale, speed_exponent; /* of the coordinate of the speed */
     double aspect[8];
     const int32_t *shape_codes;
@@ -388,7 +404,7 @@ struct rbt_table {
     int32_t n_laws;  /* numbers of the laws of contact; 0: none */
     const double *laws;
     int8_t channels[RBTI_NAMES], marginals[RBTI_NAMES], columns[RBTI_NAMES];
-    uint32_t held; /* bits of the variables among the columns */
+    uint32_t variable_bits; /* bit k: variable k is among the columns */
     int32_t plain; /* whether the columns are the first six variables */
     int8_t mirrored[RBTI_NAMES]; /* whether reflection turns the sign of a row of a factor */
     const float *normals;

@@ -4,16 +4,14 @@ RBT_API RBT_DEVICE int rbt_covered(const rbt_table *table, rbt_range *range)
 {
     if (!table || !range)
         return RBT_ERR_MISSING;
-    const rbt_axis *angle = &table->alpha, *speed = &table->speed;
-    const int any_speed = speed->low < speed->first * (1.0 - 2.0 * RBTI_ROUNDING);
     memset(range, 0, sizeof *range);
-    range->alpha1[0] = table->spheres ? angle->low : angle->first;
-    range->alpha1[1] = angle->last;
-    range->speed[0] = any_speed ? speed->low : speed->first;
-    range->speed[1] = any_speed ? speed->high : speed->last;
+    range->alpha1[0] = table->alpha.low;
+    range->alpha1[1] = table->alpha.high;
+    range->speed[0] = table->speed.low;
+    range->speed[1] = table->speed.high;
     if (table->spin.n_shapes > 0) {
-        range->spin[0] = sqrt(table->spin.least_spin / (1.0 - RBTI_ROUNDING));
-        range->spin[1] = sqrt(table->spin.most_spin / (1.0 + RBTI_ROUNDING));
+        range->spin[0] = sqrt(table->spin.least_spin);
+        range->spin[1] = sqrt(table->spin.most_spin);
     }
     memcpy(range->measured, table->valid_speed, sizeof range->measured);
     return RBT_OK;
@@ -47,7 +45,7 @@ RBT_API RBT_DEVICE rbt_table rbt_moved(const rbt_table *table, const void *copy)
     rbti_header header;
     rbt_table moved = *table;
     memcpy(&header, table->image, sizeof header);
-    rbti_point(&moved, &header, (const char *)copy);
+    rbti_bind_arrays(&moved, &header, (const char *)copy);
     moved.to_free = moved.to_unmap = NULL;
     return moved;
 }

@@ -5,8 +5,8 @@ static RBT_DEVICE void rbti_fill_axis(rbt_axis *axis, const double ends_origin_s
 {
     axis->first = ends_origin_scale[0];
     axis->last = ends_origin_scale[1];
-    axis->low = axis->first * (1.0 - RBTI_ROUNDING);
-    axis->high = axis->last * (1.0 + RBTI_ROUNDING);
+    axis->low = axis->first;
+    axis->high = axis->last;
     axis->origin = ends_origin_scale[2];
     axis->scale = ends_origin_scale[3];
     axis->offset = offset;
@@ -26,13 +26,13 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     law->alpha_last = h->spin_alpha[1];
     law->speed_first = h->spin_speed[0];
     law->speed_last = law->speed_unit = h->spin_speed[1];
-    law->alpha_low = law->alpha_first * (1.0 - RBTI_ROUNDING);
-    law->alpha_high = law->alpha_last * (1.0 + RBTI_ROUNDING);
-    law->speed_high = law->speed_last * (1.0 + RBTI_ROUNDING);
+    law->alpha_low = law->alpha_first;
+    law->alpha_high = law->alpha_last;
+    law->speed_high = law->speed_last;
     law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
-    law->least_spin = h->spin_size[0] * h->spin_size[0] * (1.0 - RBTI_ROUNDING);
-    law->most_spin = h->spin_size[1] * h->spin_size[1] * (1.0 + RBTI_ROUNDING);
+    law->least_spin = h->spin_size[0] * h->spin_size[0];
+    law->most_spin = h->spin_size[1] * h->spin_size[1];
     memcpy(law->aspect, h->aspect, sizeof law->aspect);
 }
 
@@ -59,7 +59,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     memcpy(table->columns, h->columns, sizeof table->columns);
     table->plain = h->n_columns == 6;
     for (uint32_t k = 0; k < h->n_columns; k++) {
-        table->held |= 1u << h->columns[k];
+        table->variable_bits |= 1u << h->columns[k];
         table->plain = table->plain && h->columns[k] == (int)k;
     }
     memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
@@ -71,7 +71,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     }
     if (table->spheres) { /* any angle and spin */
         table->alpha.low = table->spin.alpha_low = RBTI_LEAST_ANGLE;
-        table->alpha.high = table->spin.alpha_high = RBTI_HALF_PI + RBTI_ROUNDING;
+        table->alpha.high = table->spin.alpha_high = RBTI_HALF_PI;
         table->spin.most_spin = RBTI_MOST_ANY_SPEED;
     }
     for (uint32_t row = 0; row < RBTI_NAMES; row++) {
@@ -83,8 +83,8 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     table->pair[sizeof table->pair - 1] = 0;
 }
 
-/* Let a table read the arrays of an image at some address; those that it lacks are NULL. */
-static RBT_DEVICE void rbti_point(rbt_table *table, const rbti_header *h, const char *image)
+/* Bind the arrays of a table to an image at some address. Arrays that the table lacks are NULL. */
+static RBT_DEVICE void rbti_bind_arrays(rbt_table *table, const rbti_header *h, const char *image)
 {
     table->image = image;
 #define RBTI_DO(name, member, type, count, rows, numbers, extra)                                   \
@@ -100,7 +100,7 @@ RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size)
     memset(&table, 0, sizeof table);
     memcpy(&header, image, sizeof header);
     rbti_fill_table(&table, &header);
-    rbti_point(&table, &header, (const char *)image);
+    rbti_bind_arrays(&table, &header, (const char *)image);
     table.image_size = size;
     return table;
 }
@@ -120,18 +120,18 @@ static int rbti_read(const char *image, size_t size, int summed, rbt_table *tabl
     RBTI_CHECK(rbti_check_offsets(&header));
     table->image_size = size;
     rbti_fill_table(table, &header);
-    rbti_point(table, &header, image);
+    rbti_bind_arrays(table, &header, image);
     return rbti_check_indices(table, &header);
 }
 
 static int rbti_open(const void *image, size_t size, int summed, rbt_table **table)
 {
-    RBTI_NEED(table, RBT_ERR_MISSING);
+    RBTI_REQUIRE(table, RBT_ERR_MISSING);
     *table = NULL;
-    RBTI_NEED(image, RBT_ERR_MISSING);
-    RBTI_NEED((uintptr_t)image % 64 == 0, RBT_ERR_OFFSETS);
+    RBTI_REQUIRE(image, RBT_ERR_MISSING);
+    RBTI_REQUIRE((uintptr_t)image % 64 == 0, RBT_ERR_OFFSETS);
     rbt_table *made = (rbt_table *)RBT_MALLOC(sizeof *made);
-    RBTI_NEED(made, RBT_ERR_NO_MEMORY);
+    RBTI_REQUIRE(made, RBT_ERR_NO_MEMORY);
     const int code = rbti_read((const char *)image, size, summed, made);
     if (code == RBT_OK)
         *table = made;

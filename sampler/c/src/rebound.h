@@ -12,19 +12,20 @@ typedef struct rbti_hit {
     double spin[3], inertia;
 } rbti_hit;
 
-/* Whether an impact is drawn from the spin law, not from that of first impacts. On a rough wall it is,
-   where the table has one: all facets of a hit meet the same grain. */
-RBTI_INLINE RBT_DEVICE int rbti_spins(const rbt_table *table, const rbt_impacts *impacts,
-                                      const rbti_hit *of)
+/* Whether an impact is drawn from the spin law, and not from the law of first impacts. On a rough wall it
+   is drawn from the spin law if the table has one, since all facets of a hit meet the same grain. */
+RBTI_INLINE RBT_DEVICE int rbti_takes_spin_law(const rbt_table *table, const rbt_impacts *impacts,
+                                               const rbti_hit *of)
 {
     return !impacts->fresh || impacts->omega || impacts->grain ||
            (of->rough && table->spin.n_shapes > 0);
 }
 
-/* Whether works are wanted of a table without. */
+/* Whether works are wanted of a table that has none. */
 RBTI_INLINE RBT_DEVICE int rbti_lacks_works(const rbt_table *table, int wanted)
 {
-    return wanted && !(rbti_has(table, RBT_WORK_NORMAL) && rbti_has(table, RBT_WORK_SHEAR));
+    return wanted &&
+           !(rbti_has_variable(table, RBT_WORK_NORMAL) && rbti_has_variable(table, RBT_WORK_SHEAR));
 }
 
 /* Impact of row k: RBT_OK or an error. */
@@ -41,12 +42,12 @@ RBTI_INLINE RBT_DEVICE int rbti_begin_row(const rbt_impacts *impacts, size_t k, 
     int code;
     of->rough = !rbti_finite(roughness) || roughness != 0.0;
     if (of->rough) {
-        code = rbti_begin(velocity, normal, half_size, wall, roughness, impacts->isotropic,
-                          of->facets);
+        code = rbti_begin_cascade(velocity, normal, half_size, wall, roughness, impacts->isotropic,
+                                  of->facets);
         if (code == RBT_OK)
             code = rbti_meet_facet(of->facets, seed, index, hit, &of->met);
     } else {
-        code = rbti_meet(velocity, normal, half_size, wall, seed, index, hit, &of->met);
+        code = rbti_find_impact(velocity, normal, half_size, wall, seed, index, hit, &of->met);
     }
     of->spin[0] = of->spin[1] = of->spin[2] = 0.0;
     of->inertia = impacts->inertia ? impacts->inertia[k] : 0.0;
@@ -55,8 +56,8 @@ RBTI_INLINE RBT_DEVICE int rbti_begin_row(const rbt_impacts *impacts, size_t k, 
 
 /* Write n numbers of row k where they are wanted: what they are without an error, what they were where
    the particle does not approach the wall, or NaN. Those that are NULL were 0. */
-RBTI_INLINE RBT_DEVICE void rbti_write(int code, size_t n, size_t k, const double *numbers,
-                                       const double *before, double *to)
+RBTI_INLINE RBT_DEVICE void rbti_write_result(int code, size_t n, size_t k, const double *numbers,
+                                              const double *before, double *to)
 {
     for (size_t c = 0; c < n && to; c++)
         to[n * k + c] = code >= RBT_OK                     ? numbers[c]
@@ -66,13 +67,14 @@ RBTI_INLINE RBT_DEVICE void rbti_write(int code, size_t n, size_t k, const doubl
 }
 
 /* Results of row k from its drawn state, the inertia after and the code of that. */
-RBTI_INLINE RBT_DEVICE int rbti_end_row(const rbt_table *table, const rbt_impacts *impacts, size_t k,
-                                        uint64_t seed, rbti_hit *of, const double *state,
-                                        double inertia, int code, const rbt_rebounds *out)
+RBTI_INLINE RBT_DEVICE int rbti_finish_row(const rbt_table *table, const rbt_impacts *impacts,
+                                           size_t k, uint64_t seed, rbti_hit *of,
+                                           const double *state, double inertia, int code,
+                                           const rbt_rebounds *out)
 {
     double velocity[3], omega[3], works[2] = {0.0, 0.0}, *work = out->works ? works : NULL;
     if (code >= RBT_OK) {
-        rbti_leave(&of->met, state, velocity, omega);
+        rbti_to_lab_frame(&of->met, state, velocity, omega);
         rbti_add_works(&of->met, state, work);
     }
     if (code >= RBT_OK && of->rough) {
@@ -88,12 +90,12 @@ RBTI_INLINE RBT_DEVICE int rbti_end_row(const rbt_table *table, const rbt_impact
                    : on < RBT_OK                 ? on
                                                  : code | on;
         }
-        rbti_end(c, velocity, omega);
+        rbti_store_rebound(c, velocity, omega);
         inertia = c->inertia;
     }
-    rbti_write(code, 3, k, velocity, impacts->velocity, out->velocity);
-    rbti_write(code, 3, k, omega, impacts->omega, out->omega);
-    rbti_write(code, 1, k, &inertia, impacts->inertia, out->inertia);
+    rbti_write_result(code, 3, k, velocity, impacts->velocity, out->velocity);
+    rbti_write_result(code, 3, k, omega, impacts->omega, out->omega);
+    rbti_write_result(code, 1, k, &inertia, impacts->inertia, out->inertia);
     for (size_t c = 0; c < 2 && out->works; c++)
         out->works[2 * k + c] = code < RBT_OK ? rbti_nan() : works[c];
     return code;
@@ -109,12 +111,12 @@ RBTI_INLINE RBT_DEVICE int rbti_rebound_row(const rbt_table *table, const rbt_im
     of.facets = &facets;
     double state[RBT_VALUES], after = 0.0;
     int code = rbti_begin_row(impacts, k, seed, &of);
-    const int spins = rbti_spins(table, impacts, &of);
+    const int spins = rbti_takes_spin_law(table, impacts, &of);
     if (code == RBT_OK)
         code = rbti_draw_one(table, of.met.alpha1, of.met.speed, spins ? of.spin : NULL, of.inertia,
                              seed, &grains, impacts->index[k], impacts->hit[k], spins,
                              out->works ? RBT_VALUES : 6, state, &after);
-    return rbti_end_row(table, impacts, k, seed, &of, state, after, code, out);
+    return rbti_finish_row(table, impacts, k, seed, &of, state, after, code, out);
 }
 
 #ifdef RBTI_BLOCKS
@@ -146,7 +148,7 @@ static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts
         speed[r] = met[r] == RBT_OK ? hits[r].met.speed : 1.0;
         memcpy(spin + 3 * r, hits[r].spin, sizeof hits[r].spin);
         inertia[r] = hits[r].inertia;
-        wanted[rbti_spins(table, impacts, &hits[r])] = 1;
+        wanted[rbti_takes_spin_law(table, impacts, &hits[r])] = 1;
     }
     for (int law = 0; law < 2; law++) {
         given.spin = law ? spin : NULL;
@@ -155,17 +157,17 @@ static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts
             rbti_draw_rows(table, &given, 0, count, seed, variables, states[law], drawn[law]);
     }
     for (size_t r = 0; r < count; r++) {
-        const int law = rbti_spins(table, impacts, &hits[r]);
-        codes[r] = rbti_end_row(table, impacts, first + r, seed, &hits[r],
-                                states[law] + (size_t)variables * r, after[law][r],
-                                met[r] < RBT_OK ? met[r] : drawn[law][r], out);
+        const int law = rbti_takes_spin_law(table, impacts, &hits[r]);
+        codes[r] = rbti_finish_row(table, impacts, first + r, seed, &hits[r],
+                                   states[law] + (size_t)variables * r, after[law][r],
+                                   met[r] < RBT_OK ? met[r] : drawn[law][r], out);
     }
 }
 
 #endif
 
 /* Count a row in the results of a call. */
-RBTI_INLINE RBT_DEVICE void rbti_report(int code, size_t row, rbt_rebounds *out)
+RBTI_INLINE RBT_DEVICE void rbti_count_row(int code, size_t row, rbt_rebounds *out)
 {
     if (code < RBT_OK && out->bad++ == 0)
         out->first_bad = row;
@@ -199,8 +201,8 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, size_t n, const rbt_i
             for (size_t r = 0; r < count; r++)
                 codes[r] = rbti_rebound_row(table, of, first + r, seed, rebounds);
         for (size_t r = 0; r < count; r++)
-            rbti_report(codes[r], first + r, rebounds);
-        rbti_count(&tally, codes, count);
+            rbti_count_row(codes[r], first + r, rebounds);
+        rbti_count_codes(&tally, codes, count);
     }
     return rbti_result(&tally);
 }

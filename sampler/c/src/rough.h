@@ -77,11 +77,11 @@ typedef struct rbti_cascade {
 } rbti_cascade;
 
 /* A cascade before its first bounce. */
-RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double normal[3],
-                                      double half_size, const double *wall_velocity,
-                                      double roughness, int isotropic, rbti_cascade *c)
+RBTI_INLINE RBT_DEVICE int rbti_begin_cascade(const double velocity[3], const double normal[3],
+                                              double half_size, const double *wall_velocity,
+                                              double roughness, int isotropic, rbti_cascade *c)
 {
-    if (!rbti_finite(roughness) || roughness < 0.0 || roughness > RBT_MOST_ROUGHNESS)
+    if (!rbti_finite(roughness) || rbti_is_outside(roughness, 0.0, RBT_MOST_ROUGHNESS))
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
     for (int k = 0; k < 3; k++)
         c->wall[k] = wall_velocity ? wall_velocity[k] : 0.0;
@@ -93,7 +93,7 @@ RBTI_INLINE RBT_DEVICE int rbti_begin(const double velocity[3], const double nor
         return RBT_ERR_SPEED_NOT_POSITIVE;
     rbti_unit(normal, c->e_y);
     c->half_size = half_size;
-    c->roughness = roughness;
+    c->roughness = rbti_bounded(roughness, 0.0, RBT_MOST_ROUGHNESS);
     c->isotropic = isotropic;
     return rbti_dot(c->moving, c->e_y) < 0.0 ? RBT_OK : RBT_ERR_NOT_APPROACHING;
 }
@@ -116,8 +116,8 @@ RBTI_INLINE RBT_DEVICE double rbti_find_tilt(const rbti_cascade *c, int across, 
 }
 
 /* Impact on the facet that the particle meets next. */
-RBTI_ONCE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, uint64_t index,
-                                         uint32_t hit, rbti_impact *met)
+RBTI_ONCE_ON_HOST RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed,
+                                                 uint64_t index, uint32_t hit, rbti_impact *met)
 {
     const double speed = sqrt(rbti_dot(c->moving, c->moving));
     double tangential, e_x[3], e_z[3], facet[3];
@@ -131,7 +131,7 @@ RBTI_ONCE RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed, u
         rbti_cross(e_x, c->e_y, e_z);
         rbti_combine(cos(across), facet, cos(tilt) * sin(across), e_z, facet);
     }
-    return rbti_meet(c->moving, facet, c->half_size, NULL, seed, index, hit, met);
+    return rbti_find_impact(c->moving, facet, c->half_size, NULL, seed, index, hit, met);
 }
 
 /* Whether the particle leaves the mean wall. */
@@ -141,7 +141,8 @@ RBTI_INLINE RBT_DEVICE int rbti_has_left(const rbti_cascade *c)
 }
 
 /* Velocity and angular velocity after a cascade, in the lab frame. */
-RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], double omega[3])
+RBTI_INLINE RBT_DEVICE void rbti_store_rebound(const rbti_cascade *c, double velocity[3],
+                                               double omega[3])
 {
     for (int k = 0; k < 3; k++) {
         velocity[k] = c->moving[k] + c->wall[k];
@@ -152,9 +153,9 @@ RBTI_INLINE RBT_DEVICE void rbti_end(const rbti_cascade *c, double velocity[3], 
 /* Bounces behind the first one until the particle leaves, each with random numbers of its own, and
    where there is a law for it with the spin and the inertia that the one before has left. Adds their
    works. */
-RBTI_APART RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c, uint64_t seed,
-                                         const rbti_grains *grains, uint64_t index, uint32_t hit,
-                                         double *works)
+RBTI_NOT_INLINED RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c,
+                                               uint64_t seed, const rbti_grains *grains,
+                                               uint64_t index, uint32_t hit, double *works)
 {
     const int spins = table->spin.n_shapes > 0;
     int flags = RBT_OK;
@@ -171,7 +172,7 @@ RBTI_APART RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c
                                  &c->inertia);
         if (code < RBT_OK)
             return code;
-        rbti_leave(&met, state, c->moving, c->turning);
+        rbti_to_lab_frame(&met, state, c->moving, c->turning);
         rbti_add_works(&met, state, works);
         flags |= code;
         if (rbti_has_left(c))

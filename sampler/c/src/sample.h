@@ -9,7 +9,7 @@ typedef struct rbti_tally {
 } rbti_tally;
 
 /* Count the codes of a block, most of which are 0. */
-RBTI_INLINE RBT_DEVICE void rbti_count(rbti_tally *tally, const int *codes, size_t count)
+RBTI_INLINE RBT_DEVICE void rbti_count_codes(rbti_tally *tally, const int *codes, size_t count)
 {
     int all = 0;
     for (size_t r = 0; r < count; r++)
@@ -107,7 +107,8 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_rows(const rbt_table *table, const rbt_con
 }
 
 /* Copy the table's columns of a drawn row. */
-RBTI_INLINE RBT_DEVICE void rbti_put(const rbt_table *table, const double *values, double *state)
+RBTI_INLINE RBT_DEVICE void rbti_copy_variables(const rbt_table *table, const double *values,
+                                                double *state)
 {
     for (int c = 0; c < table->n_columns; c++)
         state[c] = values[table->columns[c]];
@@ -138,11 +139,11 @@ RBT_API RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n, const rbt_co
         else
             rbti_draw_rows(table, given, first, count, seed, RBT_VALUES, values, row_codes);
         for (size_t r = 0; r < count && !plain; r++)
-            rbti_put(table, values + RBT_VALUES * r,
-                     states + (size_t)table->n_columns * (first + r));
+            rbti_copy_variables(table, values + RBT_VALUES * r,
+                                states + (size_t)table->n_columns * (first + r));
         if (codes && !whole)
             memcpy(codes + first, block, count * sizeof *block);
-        rbti_count(&tally, row_codes, count);
+        rbti_count_codes(&tally, row_codes, count);
     }
     return rbti_result(&tally);
 }

@@ -56,8 +56,9 @@ RBTI_INLINE RBT_DEVICE double rbti_restitution(const double *law, double speed, 
 
 /* Tangential impulse over minus the tangential contact velocity, of this size. `normal` is the normal
    impulse; `size` and `sine` are of the contact velocity, `ahead` is the sine of the impact angle. */
-RBTI_INLINE RBT_DEVICE double rbti_pull(const rbt_table *table, double normal, double slide,
-                                        double size, double sine, double ahead)
+RBTI_INLINE RBT_DEVICE double rbti_tangential_impulse(const rbt_table *table, double normal,
+                                                      double slide, double size, double sine,
+                                                      double ahead)
 {
     const double *law = table->laws;
     const int kind = (int)law[RBTI_RESISTANCE], before = RBTI_NUMBERS + (int)law[RBTI_LENGTH];
@@ -87,7 +88,7 @@ RBTI_INLINE RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, d
     const double bounce = rbti_restitution(law, speed * size, sine) * v;
     const double least = law[RBTI_RESOLUTION] * rbti_bounded(v / RBTI_GRAZING, 0.0, 1.0);
     const double away = bounce > least ? bounce : least;
-    const double pull = rbti_pull(table, away + v, slide, size, sine, v);
+    const double pull = rbti_tangential_impulse(table, away + v, slide, size, sine, v);
     const double turn_x = x - pull / j * x, turn_z = z - pull / j * (u + z);
     const double energy = 1.0 + j * (x * x + y * y + z * z);
     values[RBT_U] = u - pull * (u + z);
@@ -103,11 +104,12 @@ RBTI_INLINE RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, d
 }
 
 /* The first variables of a sphere's state, those that the table has. */
-RBTI_APART RBT_DEVICE void rbti_sphere_state(const rbt_table *table, double alpha1, double speed,
-                                             const double *spin, int variables, double *state)
+RBTI_NOT_INLINED RBT_DEVICE void rbti_sphere_state(const rbt_table *table, double alpha1,
+                                                   double speed, const double *spin, int variables,
+                                                   double *state)
 {
     double values[RBT_VALUES];
     rbti_sphere(table, alpha1, speed, spin, values);
     for (int k = 0; k < variables; k++)
-        state[k] = rbti_has(table, k) ? values[k] : 0.0;
+        state[k] = rbti_has_variable(table, k) ? values[k] : 0.0;
 }

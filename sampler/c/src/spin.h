@@ -71,17 +71,20 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
 {
     const rbt_spin_law *law = &table->spin;
     const double effective = speed * root;
-    const int beyond = (square < law->least_spin) | (square > law->most_spin);
-    const int angle = (alpha1 < law->alpha_low) | (alpha1 > law->alpha_high);
-    const int fast = (effective < table->speed.low) | (speed > table->speed.high) |
-                     (effective > law->speed_high);
-    const int far = (effective < table->valid_speed[0]) | (effective > table->valid_speed[1]);
-    return angle * RBT_ANGLE | fast * RBT_SPEED | (beyond | off) * RBT_SPIN | far * RBT_EXTRAPOLATED;
+    const double rounding = 2.0 * RBTI_SINGLE_ROUNDING; /* as of rbti_is_outside, for a square */
+    const int beyond = (square < law->least_spin * (1.0 - rounding)) |
+                       (square > law->most_spin * (1.0 + rounding));
+    const int fast = rbti_is_outside(effective, table->speed.low, law->speed_high) |
+                     rbti_is_outside(speed, 0.0, table->speed.high);
+    const int far = rbti_is_outside(effective, table->valid_speed[0], table->valid_speed[1]);
+    return rbti_is_outside(alpha1, law->alpha_low, law->alpha_high) * RBT_ANGLE | fast * RBT_SPEED |
+           (beyond | off) * RBT_SPIN | far * RBT_EXTRAPOLATED;
 }
 
 /* Whether an inertia is beyond two moments of inertia by more than single precision rounds; one that is
    0, or of no spin, is not. */
-RBTI_INLINE RBT_DEVICE int rbti_is_beyond(double inertia, double square, double least, double most)
+RBTI_INLINE RBT_DEVICE int rbti_inertia_is_beyond(double inertia, double square, double least,
+                                                  double most)
 {
     const int outside = (inertia < least * (1.0 - RBTI_INERTIA_ROUNDING)) |
                         (inertia > most * (1.0 + RBTI_INERTIA_ROUNDING));
@@ -107,7 +110,7 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_error(const rbt_table *table, double alpha1
         return RBT_ERR_NO_SPIN_LAW;
     if (!rbti_has_energy(speed, spin[0], spin[1], spin[2], inertia))
         return RBT_ERR_NOT_FINITE;
-    return !grain || rbti_grain_holds(&table->spin, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
+    return !grain || rbti_grain_is_known(&table->spin, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
 }
 
 /* Flags of a sphere, whose moments of inertia are equal. */
@@ -116,5 +119,5 @@ RBTI_INLINE RBT_DEVICE int rbti_sphere_flags(const rbt_table *table, double alph
 {
     const double j = RBTI_SPHERE_INERTIA, square = rbti_square(spin[0], spin[1], spin[2]);
     return rbti_spin_flags(table, alpha1, speed, sqrt(1.0 + j * square), square,
-                           rbti_is_beyond(inertia, square, j, j));
+                           rbti_inertia_is_beyond(inertia, square, j, j));
 }

@@ -80,7 +80,7 @@ RBTI_INLINE int rbti_take_spin_conditions(const rbt_table *table, const rbt_cond
         z[r] = spin[2];
     }
     RBTI_EACH_DRAW(r) {
-        bad |= rbti_is_bad(d->alpha1[r], d->speed[r]);
+        bad |= rbti_cannot_be_drawn(d->alpha1[r], d->speed[r]);
         bad |= 1 - rbti_has_energy(d->speed[r], x[r], y[r], z[r], d->inertia[r]);
     }
     for (size_t r = 0; r < m && bad; r++) {

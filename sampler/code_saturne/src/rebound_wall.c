@@ -243,7 +243,7 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     const int code = rbt_rebound(table, 1, &impact, settings.seed, &after);
     if (code == RBT_ERR_NOT_APPROACHING || code == RBT_ERR_SPEED_NOT_POSITIVE)
         return 0;
-    if (code < RBT_OK || (settings.refuse_outside && (code & (RBT_ANGLE | RBT_SPEED | RBT_SPIN))))
+    if (code < RBT_OK || (settings.refuse_outside && (code & RBT_OUTSIDE)))
         refuse(&impact, code);
     fly(particles, p_id, rest, new_inertia, new_omega);
     memcpy(velocity, new_velocity, sizeof new_velocity);

@@ -217,7 +217,7 @@ void Foam::TabulatedRebound<CloudType>::draw
 
     const int code = rbt_rebound(grains_.table.get(), 1, &impact, grains_.seed, &after);
 
-    if (code < 0 || (refuseOutside_ && (code & (RBT_ANGLE | RBT_SPEED | RBT_SPIN))))
+    if (code < 0 || (refuseOutside_ && (code & RBT_OUTSIDE)))
     {
         FatalErrorInFunction
             << "parcel (origProc, origId) = (" << p.origProc() << ", " << p.origId() << "), wall "

@@ -7,13 +7,14 @@ import pytest
 from command_line import DONE
 from page_reader import read_page
 
+from tablegen.config.config import load_config
 from tablegen.evidence import paper as papers
 from tablegen.evidence.paper_statistics import (
     ANGLES,
     SCATTERING_BINS,
     SHAPES,
     TABLE,
-    FigureStatistics,
+    doubled_resistance,
     sample_statistics_of,
 )
 
@@ -33,24 +34,63 @@ def curve(skew):
     return found
 
 
-def test_numbers_are_those_of_the_samples():
-    curves = {name: curve(0.0) for name in SHAPES} | {"prism": curve(0.01), TABLE: {}}
-    table = papers.number_table(FigureStatistics(curves, {}))
-    stated, ours, *rest = (dict(zip(table.head, row, strict=True)) for row in table.rows)
-    assert [float(x) for x in stated["ellipsoid"].split()] == [42.2, 31.2, 8.9, 4.3, 2.6, 10.8]
-    shares = [float(x) for x in ours["ellipsoid"].split()]
-    np.testing.assert_allclose(shares, [50.0, 40.0, 0.0, 0.0, 0.0, 10.0], atol=3.6)
-    rotational, energy, spin, positive, offset, mode, maxima = rest
+@pytest.fixture
+def laws():
+    """Samples under both laws; with the doubled one prisms have spins that they should not."""
+    return {"as printed": curves(0.0), "doubled": curves(0.01)}
+
+
+def curves(skew):
+    return {name: curve(0.0) for name in SHAPES} | {"prism": curve(skew), TABLE: {}}
+
+
+def test_shares_of_collisions_stand_beside_the_papers(laws):
+    table = papers.collision_table(laws)
+    paper, printed, doubled = table.rows[:3]
+    assert [float(x) for x in paper[1:7]] == [42.2, 31.2, 8.9, 4.3, 2.6, 10.8]
+    for row in (printed, doubled):
+        shares = [float(x) for x in row[1:7]]
+        np.testing.assert_allclose(shares, [50.0, 40.0, 0.0, 0.0, 0.0, 10.0], atol=3.6)
+        off = max(abs(x - float(y)) for x, y in zip(shares, paper[1:7], strict=True))
+        assert float(row[7]) == pytest.approx(off, abs=0.11)
+    assert len(table.rows) == 12
+
+
+def test_statements_are_checked_under_both_laws(laws):
+    table = papers.statement_table(laws)
+    rows = [dict(zip(table.head, row, strict=True)) for row in table.rows]
+    assert [row["resistance"] for row in rows[:2]] == ["as printed", "doubled"]
+    assert len(rows) == 2 * len(papers.STATEMENTS)
+    assert {row[TABLE] for row in rows} == {""}
+    rotational, energy, spin, positive, offset, mode, maxima, _, several = rows[1::2]
     assert rotational["mixture"] == "0.200 at 20°"
-    assert {row[TABLE] for row in rest} == {""}
-    low, _, high, _ = energy["mixture"].replace(",", "").split()
+    low, _, high = energy["mixture"].replace(",", "").split()[:3]
     assert float(low) == pytest.approx(0.2575, abs=0.004) == float(high)
-    np.testing.assert_allclose([float(x) for x in spin["prism"].split(",")], 0.1, atol=0.03)
+    largest = spin["prism"].removesuffix(" ✗").split(",")
+    np.testing.assert_allclose([float(x) for x in largest], 0.1, atol=0.03)
+    assert spin["prism"].endswith("✗")
     assert float(positive["prism"].split()[2].rstrip(",")) == pytest.approx(0.977, abs=0.011)
     # the largest mean of 56 is above 5 errors by chance in 1 of 31,000; u and omega_z at 90 degrees
-    assert float(offset["prism"]) > 10.0
-    assert float(mode["prism"]) < 0.03
-    assert maxima["prism"] == "none"
+    assert float(offset["prism"].removesuffix(" ✗")) > 10.0
+    # u has one maximum, which only prisms should not have
+    assert mode["prism"].endswith("✗")
+    assert not mode["ellipsoid"].endswith("✗")
+    assert maxima["mixture"] == "none ✗"
+    assert float(several["prism"].split()[0]) == pytest.approx(50.0, abs=3.6)
+
+
+def test_means_of_the_mixture_stand_beside_each_other(laws):
+    rows = papers.noticed_table(laws).rows
+    assert [row[0] for row in rows[:2]] == ["15°, as printed", "15°, doubled"]
+    assert len(rows) == 12
+    assert all(float(row[2]) == pytest.approx(0.5, abs=0.01) for row in rows)
+
+
+def test_resistance_is_doubled_only_where_the_law_is_the_papers():
+    config = load_config("corundum-steel")
+    assert doubled_resistance(config).pair.resistance.factor == 2.0
+    law = {"law": "constant", "value": 1.0, "source": "x"}
+    assert doubled_resistance(config.with_changes({"pair": {"resistance": law}})) is None
 
 
 @pytest.mark.parametrize("centres", [(40.0,), (40.0, 140.0), (0.0,)])
@@ -68,7 +108,7 @@ def test_command_writes_every_figure_and_the_numbers(run, tiny, tmp_path, monkey
     assert {path.name for path in (tmp_path / "made").iterdir()} == NAMES | {papers.PAGE}
     page = read_page((tmp_path / "made" / papers.PAGE).read_text())
     assert len(page.values("alt")) == len(NAMES)
-    assert {"42.2 31.2 8.9 4.3 2.6 10.8", "table"} <= set(page.texts)
+    assert {"ellipsoid, paper", "42.2", "ellipsoid, doubled", "table"} <= set(page.texts)
 
 
 @pytest.mark.parametrize("place", ["none/there/x", "taken"])

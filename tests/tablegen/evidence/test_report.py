@@ -9,15 +9,23 @@ import pytest
 from command_line import DONE
 from page_reader import read_page
 
+from tablegen.accuracy.chains import GROUPS, LaterHit
 from tablegen.accuracy.judgement import Judged
 from tablegen.accuracy.metrics import Estimate
 from tablegen.config.config import load_config
-from tablegen.config.metric_table import METRICS
+from tablegen.config.metric_table import CHAINS, METRICS
 from tablegen.evidence import plots
 from tablegen.evidence import report as reports
+from tablegen.evidence.benchmark import Benchmark, MethodResult, batch_mean
 from tablegen.evidence.page import Headline, Section, render_page, render_text
-from tablegen.evidence.report import SpinningWay
-from tablegen.evidence.report_page import headline, report_page, report_sections
+from tablegen.evidence.report import ComparedChain, SpinningWay
+from tablegen.evidence.report_page import (
+    headline,
+    report_page,
+    report_picture,
+    report_sections,
+    worst_condition,
+)
 from tablegen.presentation import TextTable
 
 CONFIG = load_config("corundum-steel")
@@ -84,10 +92,25 @@ def test_headline_is_the_verdict_on_the_map(report, factor, kind):
     assert (found.kind, len(found.lines)) == (kind, factor > 1.0)
 
 
+def chain(kind, geometry, error):
+    """Hits of one chain whose errors are known."""
+    estimates = {name: Estimate(error, 0.0) for name in CHAINS}
+    numbers = {"energy": (0.5, 0.5), "spin": (1.0, 1.0), "angle_deg": (20.0, 21.0)}
+    hits = [LaterHit(f"hits {group}", estimates, **numbers) for group in GROUPS]
+    return ComparedChain(kind, geometry, tuple(hits))
+
+
 def test_ways_to_rebound_spinning_particles_are_rows(report):
-    way = SpinningWay("with spin", 412.0, (Judged("chain_ks", Estimate(0.012, 0.0), 0.03, ""),))
-    text = render_text(report_sections(replace(report, spinning=(way,))))
+    chains = chain("disc", "cylinder", 0.013), chain("disc", "any", 0.011)
+    numbers = (Judged("chain_ks", Estimate(0.012, 0.0), 0.03, ""),)
+    way = SpinningWay("with spin", 412.0, numbers, chains)
+    spun = replace(report, spinning=(SpinningWay("direct simulation", 3000.0, ()), way))
+    text = render_text(report_sections(spun))
     assert re.search(r"^with spin +412 +0\.012", text, re.MULTILINE)
+    # the worst of both chains
+    assert re.search(r"^41 to 60 +with spin +0\.013", text, re.MULTILINE)
+    read = read_page(report_page(spun))
+    assert sum("hits in both geometries" in words for words in read.values("alt")) == 1
 
 
 def test_view_sees_a_difference(monkeypatch):
@@ -119,3 +142,27 @@ def test_joint_density_is_that_of_the_sample():
     assert half.sum() * 0.1 * 0.2 == pytest.approx(0.5, abs=0.01)
     sources = plots.Source("particles", state), plots.Source("a sphere", state[:1])
     assert plots.joint_picture(sources, "x.png", "", "").data.startswith(b"\x89PNG")
+
+
+def race(alpha_deg, table_auc):
+    floor = {name: batch_mean([metric.least + 0.01]) for name, metric in METRICS.items()}
+    errors = [floor | {"auc": batch_mean([auc])} for auc in (table_auc, 0.9, 0.92)]
+    families = (("table", "a"), ("table", "a-compact"), ("stored states", "4,096"))
+    runners = [
+        MethodResult(*names, "domain", 10, 0.1, 70.0, error)
+        for names, error in zip(families, errors, strict=True)
+    ]
+    return Benchmark(alpha_deg, 140.0, floor, tuple(runners))
+
+
+def test_picture_is_of_the_condition_where_the_table_is_worst(report):
+    races = (race(10.0, 0.51), race(45.0, 0.53), race(70.0, 0.52))
+    several = replace(report, races=races)
+    assert worst_condition(several) == races[1]
+    assert report_picture(several, "errors.png").data.startswith(b"\x89PNG")
+
+
+def test_error_picture_changes_with_the_numbers():
+    made = plots.errors_picture(race(45.0, 0.53), "x.png").data
+    assert plots.errors_picture(race(45.0, 0.53), "x.png").data == made
+    assert plots.errors_picture(race(45.0, 0.56), "x.png").data != made

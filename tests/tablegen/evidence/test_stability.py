@@ -11,12 +11,21 @@ from refusals import refused
 from tablegen.config.config import load_config
 from tablegen.evidence import stability as module
 from tablegen.evidence import stability_cases
+from tablegen.evidence import stability_chains as chains
 from tablegen.evidence import stability_friction as friction
 from tablegen.evidence.stability import Study, run_case, run_study
 from tablegen.evidence.stability_cases import Case, all_cases
+from tablegen.evidence.stability_chains import rolling_arrivals, run_chains
 from tablegen.evidence.stability_friction import run_friction
-from tablegen.evidence.stability_text import GOOD, failure_lines, worst_rows
+from tablegen.evidence.stability_text import (
+    GOOD,
+    chain_picture,
+    chain_rows,
+    failure_lines,
+    worst_rows,
+)
 from tablegen.model import audit as entries
+from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
@@ -29,7 +38,7 @@ CASES = [
 ]
 
 #: Words of a short study of `CASES`.
-FEW = ("--count", 3, "--threads", 1, "--quiet", "--friction")
+FEW = ("--count", 3, "--threads", 1, "--quiet", "--grains", 5, "--friction")
 
 
 def test_full_study_is_the_whole_product_and_the_quick_one_a_part_of_it():
@@ -151,6 +160,57 @@ def test_friction_of_any_strength_is_simulated_and_its_failures_are_named(monkey
         assert "(seed 5): " + made[0].failures[kind] in failure_lines(study)[0]
 
 
+def test_chains_are_followed_and_each_hit_is_checked():
+    made = run_chains(CONFIG, 20, seed=5)
+    assert [one.hits for one in made] == [60] * 10 + [1000] * 2
+    assert not any(outcome.failures for outcome in made)
+    assert all(len(one.angle_deg) == one.hits for one in made)
+    round_disc, other = made[-2:]
+    # without a velocity at its contact a round disc loses no more than its bounces, for ever
+    assert round_disc.energy == pytest.approx(1.0, abs=1e-6)
+    assert round_disc.spin == pytest.approx(1.0, abs=1e-3)
+    assert other.energy < 0.999
+    assert len(chain_rows(made)) == len(made)
+    assert chain_picture(made).data.startswith(b"<?xml")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "kind"),
+    [
+        (lambda after: after.velocity.__setitem__((3, 0), np.nan), "not finite"),
+        (lambda after: after.omega.__imul__(3.0), "growing energy"),
+        (
+            lambda after: after.velocity.__setitem__((3, slice(None)), (1.0, 0.0, 0.0)),
+            "not leaving",
+        ),
+    ],
+)
+def test_failures_of_a_chain_are_named(monkeypatch, spoil, kind):
+    right = DirectModel.rebound
+
+    def rebound(self, *arguments, **keyword_arguments):
+        after = right(self, *arguments, **keyword_arguments)
+        if keyword_arguments["hit"] == 0:
+            spoil(after)
+        return after
+
+    def end(*_, **__):
+        raise RuntimeError("still in contact")
+
+    monkeypatch.setattr(DirectModel, "rebound", rebound)
+    model, index = DirectModel(CONFIG), np.arange(10, dtype=np.uint64)
+    start = rolling_arrivals(index, (1.0, 0.5))._replace(
+        inertia=np.zeros(10), omega=np.zeros((10, 3))
+    )
+    start = start._replace(velocity=start.velocity - [50.0, 50.0, 0.0])
+    outcome = chains.outcome_of(model, ("grains", "any"), start, 5, 1)
+    assert kind in outcome.failures
+    monkeypatch.setattr(DirectModel, "rebound", end)
+    outcome = chains.outcome_of(model, ("grains", "any"), start, 5, 1)
+    assert outcome.failures == {"unfinished": "a grain is unfinished"}
+    json.dumps(outcome.to_dict(), allow_nan=False)
+
+
 @pytest.fixture
 def few_cases(monkeypatch):
     monkeypatch.setattr(stability_cases, "all_cases", lambda _: CASES)
@@ -165,8 +225,10 @@ def test_good_model_is_status_0(run, tmp_path):
     data = json.loads(record.read_text())
     assert (data["holds"], data["pair"], len(data["cases"])) == (True, "corundum-steel", 4)
     assert {law["rebounds"] for law in data["friction"]} == {5}
+    assert {chain["grains"] for chain in data["chains"]} == {2, 5}
     assert GOOD in ended.out
     assert GOOD in page.read_text()
+    assert "<img" in page.read_text()
 
 
 @pytest.mark.usefixtures("few_cases")

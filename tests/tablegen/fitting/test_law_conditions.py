@@ -1,28 +1,33 @@
-"""Conditions of the fit: within the domain of the law, and everywhere in it."""
+"""Conditions of the fit: within the range of the law, and everywhere in it."""
 
 import math
 
 import numpy as np
 import pytest
 from mesh_fixtures import box
-from scipy.spatial.transform import Rotation
 
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.config.mesh import MeshFile
 from tablegen.fitting.law_conditions import (
-    SPIN_RANGE,
     Range,
     chain_impacts,
     draw_ratios,
     grains_of,
+    inertia_coefficients,
+    kappa_of_place,
+    least_inertia,
+    moments_of,
+    neighbours,
+    nonspinning_impacts,
     ratio_range,
     spinning_impacts,
     spread_impacts,
-    still_impacts,
 )
+from tablegen.fitting.spin_coordinates import SPIN_RANGE, inertia_at, kappa_of
+from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import effective_speed, energy_factor
+from tablegen.simulation.impact_chains import depart, effective_speed
 
 CONFIG = load_config("corundum-steel")
 DOMAIN = Range.of(CONFIG)
@@ -30,88 +35,241 @@ N = 4000
 PRISM = SHAPE_CODES["prism"]
 
 
-def made_impacts(kind, domain, count, seed):
-    """Impacts of prisms: without spin, of chains, or spread over the domain."""
-    rng, model = np.random.default_rng(seed), DirectModel(CONFIG)
-    if kind == "still":
-        return still_impacts(domain, grains_of(CONFIG.population, PRISM, count, rng), rng)
-    grains = grains_of(CONFIG.population, PRISM, math.ceil(count / 5), rng)
-    met, departures = chain_impacts(model, domain, grains, int, rng)
-    return met if kind == "chains" else spread_impacts(model, domain, departures, count, rng)
+def of_prisms(impacts):
+    return moments_of(CONFIG.population, PRISM, impacts.grain[:, 1:])
 
 
-@pytest.mark.parametrize("kind", ["spread", "still"])
-def test_impacts_fill_the_domain(kind):
-    """The domain has all angles of the table, and speeds V_e up to twice its largest speed.
-
-    Few particles without spin are faster than that largest speed.
-    """
-    assert ((math.radians(0.5), math.pi / 2.0), (5.0, 600.0), (50.0, 300.0)) == DOMAIN
-    found = made_impacts(kind, DOMAIN, N, 1)
-    size, effective = np.linalg.norm(found.spin, axis=1), effective_speed(found)
-    for values, (low, high) in ((found.alpha1, DOMAIN.alpha), (effective, DOMAIN.speed)):
-        assert low * (1.0 - 1e-9) <= values.min() < values.max() <= high * (1.0 + 1e-9)
-        # each sixth of the domain has at least a twentieth of the conditions
-        sixths = np.histogram(values, 6, (low, high))[0]
-        if kind == "still" and values is effective:
-            assert 0 < sixths[3:].sum() < N / 20
-            sixths = sixths[:3]
-        assert (sixths > N / 20).all()
-    if kind == "still":
-        assert not found.spin.any()
-        assert not found.orientation.any()
-    else:
-        most = size / energy_factor(found.spin)
-        assert (np.histogram(most, 6, (0.0, 10.0 / math.sqrt(1.0 + 200.0 / 3.0)))[0] > N / 20).all()
-        assert SPIN_RANGE[1] < size.max() < 13.0
-        assert np.abs(found.spin.mean(axis=0) / found.spin.std(axis=0)).max() < 0.2
+@pytest.fixture(scope="module")
+def spread():
+    rng = np.random.default_rng(1)
+    grains = grains_of(CONFIG.population, PRISM, N, rng)
+    return spread_impacts(DOMAIN, grains, moments_of(CONFIG.population, PRISM, grains[:, 1:]), rng)
 
 
-@pytest.mark.parametrize("kind", ["spread", "chains"])
-def test_orientations_are_those_of_grains_that_a_wall_has_set_spinning(kind):
-    """They turn about their long axis less than uniform orientations would; false alarms: 5e-3."""
-    found = made_impacts(kind, DOMAIN, 16 * N, 3)
-    turn = Rotation.from_quat(found.orientation, scalar_first=True)
-    own = turn.inv().apply(found.spin / np.linalg.norm(found.spin, axis=1)[:, None])
-    # 0.283 or 0.315 +- 0.003 of the squared spin, and a third if uniform
-    assert np.mean(own[:, 0] ** 2) < {"chains": 0.31, "spread": 0.325}[kind]
+@pytest.fixture(scope="module")
+def chains():
+    """Twenty impacts of each of 200 prisms, hit after hit."""
+    rng = np.random.default_rng(2)
+    grains = grains_of(CONFIG.population, PRISM, N // 20, rng)
+    return chain_impacts(DirectModel(CONFIG), DOMAIN, grains, 21, int, rng)
 
 
-def test_the_direct_model_can_simulate_every_impact():
-    """In the largest domain, particles turn at most a million radians before the impact."""
-    domain = Range((math.radians(1e-6), math.pi / 2.0), (1e-6, 2e5), (1e-6, 1e5))
-    found = made_impacts("spread", domain, N, 6)
-    turned = 2.0 * np.linalg.norm(found.spin, axis=1) / np.sin(found.alpha1)
-    assert turned.max() < 1e6
-    assert found.speed.min() >= 1e-6
+def check_range(impacts):
+    """Angles, effective speeds, spins and inertias are within the range of the law."""
+    alpha, effective = impacts.alpha1, effective_speed(impacts)
+    assert DOMAIN.alpha[0] * (1.0 - 1e-9) <= alpha.min() <= alpha.max() <= DOMAIN.alpha[1]
+    assert DOMAIN.effective[0] * (1.0 - 1e-9) <= effective.min()
+    assert effective.max() <= DOMAIN.effective[1] * (1.0 + 1e-9)
+    assert impacts.speed.max() <= DOMAIN.speed[1] * (1.0 + 1e-9)
+    assert np.linalg.norm(impacts.spin, axis=1).max() <= SPIN_RANGE[1] * (1.0 + 1e-9)
+    moments = of_prisms(impacts)
+    assert (impacts.inertia >= moments.smallest * (1.0 - 1e-6)).all()
+    assert (impacts.inertia <= moments.largest * (1.0 + 1e-6)).all()
 
 
-def test_half_of_the_impacts_are_those_of_chains():
-    hits = []
+def test_range_is_that_of_the_law_whatever_the_first_impacts_are():
+    assert ((math.radians(0.05), math.pi / 2.0), (5.0, 300.0), (5.0, 600.0)) == DOMAIN
+    narrow = CONFIG.with_changes({"domain": {"alpha_deg": [30.0, 60.0], "speed": [60.0, 100.0]}})
+    assert Range.of(narrow) == (DOMAIN.alpha, (60.0, 100.0), (60.0, 200.0))
+    flat = CONFIG.with_changes({"domain": {"alpha_deg": [0.01, 60.0]}})
+    assert Range.of(flat).alpha == (math.radians(0.01), math.pi / 2.0)
 
-    def seed(hit):
-        hits.append(hit)
-        return hit
+
+def shares(values, edges):
+    """Shares of values between edges."""
+    return np.histogram(values, edges)[0] / len(values)
+
+
+class TestSpread:
+    def test_angles_and_speeds_fill_the_range(self, spread):
+        check_range(spread)
+        alpha = np.degrees(spread.alpha1)
+        assert (shares(alpha, [0.05, 0.2, 1.0, 5.0, 15.0, 30.0, 60.0, 90.0]) > 0.01).all()
+        effective = effective_speed(spread)
+        assert (shares(effective, [5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 300.0]) > 0.05).all()
+        assert shares(effective, [300.0, 600.0])[0] > 0.05
+
+    def test_spins_fill_the_range_in_size_and_direction(self, spread):
+        size = np.linalg.norm(spread.spin, axis=1)
+        assert (shares(size, [1e-3, 1e-2, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0]) > 0.03).all()
+        assert shares(size, [1e-3, 10.0 + 1e-9])[0] == 1.0
+        # each octant of directions has spins, the two of rolling more
+        octant = (spread.spin > 0.0) @ [1, 2, 4]
+        counts = np.bincount(octant, minlength=8) / N
+        assert counts.min() > 0.03
+        assert counts[:4].sum() > 0.6
+
+    def test_inertias_fill_the_range(self, spread):
+        kappa = kappa_of(spread.inertia, of_prisms(spread))
+        assert (shares(kappa, np.linspace(0.0, 1.0, 11)) > 0.04).all()
+        assert kappa.min() < 0.01
+        assert kappa.max() > 0.99
+
+    def test_grains_that_roll_are_among_them(self, spread):
+        """Spins about -V/a along z, whose lowest points are nearly at rest, at flat angles."""
+        flat = spread.alpha1 < math.radians(10.0)
+        rolls = np.linalg.norm(spread.spin - [0.0, 0.0, -1.0], axis=1) < 0.4
+        assert (flat & rolls).sum() > N / 100
+        # more than turn about the other side, as grains seldom do
+        others = np.linalg.norm(spread.spin - [0.0, 0.0, 1.0], axis=1) < 0.4
+        assert (flat & rolls).sum() > 3 * (flat & others).sum()
+
+
+class TestChains:
+    def test_are_set_back_to_their_speed_and_stay_in_the_range(self, chains):
+        impacts, _ = chains
+        assert len(impacts.index) == 20 * (N // 20)
+        turns = impacts.inertia > 0.0
+        check_range(impacts.of(turns))
+        # half of them keep their speed, and half their effective speed
+        each = (impacts.speed, effective_speed(impacts))
+        kept = [np.ptp(speeds.reshape(20, -1), axis=0) < 1e-6 for speeds in each]
+        assert np.mean(kept, axis=1) == pytest.approx([0.5, 0.5], abs=0.15)
+        assert np.mean(kept[0] | kept[1]) > 0.9  # unless they are too fast
+        np.testing.assert_array_equal(impacts.grain[: N // 20], impacts.grain[-N // 20 :])
+
+    def test_of_discs_settle_into_rolling(self):
+        """Their edges roll along the wall that they meet again and again, ever flatter."""
+        rng = np.random.default_rng(2)
+        discs = np.tile([SHAPE_CODES["ellipsoid"], 0.97, 0.55], (300, 1))
+        impacts, _ = chain_impacts(DirectModel(CONFIG), DOMAIN, discs, 41, int, rng)
+        early, late = impacts.of(slice(0, 900)), impacts.of(slice(-900, None))
+        flat = [some.alpha1 < math.radians(3.0) for some in (early, late)]
+        assert flat[0].mean() < 0.1 < flat[1].mean()
+        rolls = [
+            np.linalg.norm(some.spin - [0.0, 0.0, -1.0], axis=1) < 0.1 for some in (early, late)
+        ]
+        assert rolls[0].mean() < 0.02 < 0.04 < rolls[1].mean()
+        assert np.median(late.spin[flat[1], 2]) == pytest.approx(-1.0, abs=0.1)
+
+    def test_inertias_after_first_hits_are_those_of_any_orientation(self, chains):
+        """They turn about their long axis less than uniform orientations would."""
+        _, after = chains
+        grains = grains_of(CONFIG.population, PRISM, N // 20, np.random.default_rng(2))
+        moments = moments_of(CONFIG.population, PRISM, grains[:, 1:])
+        kappa = kappa_of(after, moments)
+        assert ((after > 0.0) & (kappa >= 0.0) & (kappa <= 1.0)).all()
+        assert np.median(kappa) > 0.5
+
+    def test_neighbours_lie_around_them(self, chains):
+        impacts = chains[0].of(chains[0].inertia > 0.0)
+        moments = of_prisms(impacts)
+        near = neighbours(impacts, DOMAIN, moments, np.random.default_rng(3))
+        check_range(near)
+        sizes = [np.linalg.norm(some.spin, axis=1) for some in (near, impacts)]
+        ratio = sizes[0] / sizes[1]
+        assert np.mean(ratio < 0.1) > 0.1  # slowed down by a gas
+        assert np.mean(np.abs(np.log(ratio)) < 0.5) > 0.4
+        cosine = np.sum(near.spin * impacts.spin, axis=1) / sizes[0] / sizes[1]
+        assert np.median(cosine) > 0.97
+        change = np.log(near.alpha1 / impacts.alpha1)
+        assert 0.2 < change.std() < 0.6
+        moved = kappa_of(near.inertia, moments) - kappa_of(impacts.inertia, moments)
+        assert 0.02 < np.abs(moved).mean() < 0.1
+
+
+def test_impacts_without_spin_fill_the_range():
+    rng = np.random.default_rng(4)
+    impacts = nonspinning_impacts(DOMAIN, grains_of(CONFIG.population, PRISM, N, rng), rng)
+    assert not impacts.spin.any()
+    assert not impacts.inertia.any()
+    assert (
+        shares(np.degrees(impacts.alpha1), [0.05, 0.5, 5.0, 30.0, 60.0, 85.0, 90.0]) > 0.02
+    ).all()
+    assert (shares(impacts.speed, [5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 300.0]) > 0.05).all()
+    # the law changes most within a degree of normal impact
+    assert shares(impacts.alpha1, np.radians([89.0, 90.0]))[0] > 0.02
+
+
+def test_spinning_impacts_are_of_chains_their_neighbours_and_all_others():
+    seeds = []
+
+    def seed(number):
+        seeds.append(number)
+        return number
 
     rng = np.random.default_rng(2)
-    given = DirectModel(CONFIG), DOMAIN, CONFIG.population, PRISM, N, seed, rng
-    found = spinning_impacts(*given)
-    assert hits == [1, 2, 3, 4, 5]
-    assert 0.8 * N < len(found.index) < 1.05 * N
-    assert DOMAIN.holds(found).all()
-    assert (found.grain[:, 0] == PRISM).all()
-    assert 0.5 <= found.grain[:, 1:].min() < found.grain[:, 1:].max() <= 1.0
-    # half of the grains follow the law, with a mean of 0.775, and half are uniform, with 0.75
-    ratios = draw_ratios(CONFIG.population, PRISM, 20_000, rng)
+    impacts, kappa = spinning_impacts(
+        DirectModel(CONFIG), DOMAIN, CONFIG.population, PRISM, N, seed, rng
+    )
+    assert len(set(seeds)) == len(seeds)  # no two hits have the same random numbers
+    assert len(impacts.index) >= N
+    check_range(impacts)
+    assert np.linalg.norm(impacts.spin, axis=1).min() > 0.0
+    np.testing.assert_array_equal(impacts.index, np.arange(len(impacts.index)))
+    assert ((kappa >= 0.0) & (kappa <= 1.0)).all()
+    assert 0.5 < np.median(kappa) < 0.9
+    # in random order
+    order = np.arange(len(impacts.index))
+    assert abs(np.corrcoef(order, impacts.alpha1)[0, 1]) < 0.1
+    assert 0.5 <= impacts.grain[:, 1:].min() < impacts.grain[:, 1:].max() <= 1.0
+
+
+def test_the_direct_model_simulates_every_spread_impact():
+    """In the widest domain, too."""
+    rng, model = np.random.default_rng(6), DirectModel(CONFIG)
+    grains = grains_of(CONFIG.population, PRISM, 300, rng)
+    moments = moments_of(CONFIG.population, PRISM, grains[:, 1:])
+    domain = Range((math.radians(1e-3), math.pi / 2.0), (1e-3, 1e4), (1e-3, 2e4))
+    impacts = spread_impacts(domain, grains, moments, rng)
+    assert np.isfinite(depart(model, impacts, 1, threads=1).states).all()
+
+
+def test_half_of_the_grains_follow_the_population_and_half_are_even():
+    # the means are 0.775 and 0.75
+    ratios = draw_ratios(CONFIG.population, PRISM, 20_000, np.random.default_rng(2))
     assert ratios.mean() == pytest.approx(0.5 * (0.775 + 0.75), abs=0.005)
+    assert 0.5 <= ratios.min() < ratios.max() <= 1.0
+
+
+def box_population(population):
+    corners = tuple(map(tuple, box(0.8, 0.4).tolist()))
+    return population.of_mesh(MeshFile("box", corners, 1.0))
 
 
 def test_spheres_fixed_grains_and_meshes_keep_their_ratios():
     rng, population = np.random.default_rng(5), CONFIG.population
     np.testing.assert_array_equal(draw_ratios(population, SHAPE_CODES["sphere"], 10, rng), 1.0)
-    fixed = draw_ratios(population.with_aspect(0.8, 0.7), SHAPE_CODES["prism"], 10, rng)
+    fixed = draw_ratios(population.with_aspect(0.8, 0.7), PRISM, 10, rng)
     np.testing.assert_array_equal(fixed, np.tile([0.8, 0.7], (10, 1)))
-    corners = tuple(map(tuple, box(0.8, 0.4).tolist()))
-    mesh = population.of_mesh(MeshFile("box", corners, 1.0))
+    mesh = box_population(population)
     np.testing.assert_allclose(ratio_range(mesh, FIRST_MESH), [[0.8, 0.8], [0.5, 0.5]])
     np.testing.assert_allclose(draw_ratios(mesh, FIRST_MESH, 3, rng), [[0.8, 0.5]] * 3)
+
+
+@pytest.mark.parametrize("shape", SHAPE_CODES)
+def test_moments_are_those_of_the_model(shape):
+    code, population = SHAPE_CODES[shape], CONFIG.population
+    ratios = np.array([[1.0, 1.0]]) if shape == "sphere" else np.array([[0.9, 0.6], [0.5, 1.0]])
+    moments = moments_of(population, code, ratios)
+    for k, (b, c) in enumerate(ratios):
+        wanted = np.sort(inertia(code, b, b * c, population.truncation))
+        np.testing.assert_allclose([moments.smallest[k], moments.largest[k]], wanted[[0, 2]])
+
+
+def test_moments_of_meshes_and_the_least_of_a_population():
+    mesh = box_population(CONFIG.population)
+    moments = moments_of(mesh, FIRST_MESH, np.array([[0.8, 0.5]]))
+    b, c = 0.8, 0.4
+    np.testing.assert_allclose(moments.largest, (1.0 + b * b) / 3.0, rtol=1e-6)
+    np.testing.assert_allclose(moments.smallest, (b * b + c * c) / 3.0, rtol=1e-6)
+    assert least_inertia(mesh) == pytest.approx((b * b + c * c) / 3.0, rel=1e-6)
+    codes = CONFIG.population.kernel_arguments().shape_codes
+    thinnest = [moments_of(CONFIG.population, int(code), np.array([[0.5, 0.5]])) for code in codes]
+    least = min(float(moments.smallest[0]) for moments in thinnest)
+    assert least_inertia(CONFIG.population) == pytest.approx(least)
+    assert inertia_coefficients(CONFIG.population, PRISM) == pytest.approx((1 / 3, 1 / 3))
+
+
+def test_spins_of_any_direction_in_a_grain_have_uniform_places():
+    """With two equal moments the place is the squared cosine of the angle to the axis."""
+    rng = np.random.default_rng(9)
+    direction = rng.standard_normal((1000, 3))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    moments = moments_of(CONFIG.population, PRISM, np.tile([1.0, 0.5], (1000, 1)))
+    square = direction[:, 2] ** 2  # of the angular momentum, along the short axis
+    k = 1.0 / (square / moments.largest + (1.0 - square) / moments.smallest)
+    np.testing.assert_allclose(
+        kappa_of(k, moments), kappa_of_place(direction[:, 2] ** 2), atol=1e-7
+    )
+    np.testing.assert_allclose(inertia_at(kappa_of_place(direction[:, 2] ** 2), moments), k)

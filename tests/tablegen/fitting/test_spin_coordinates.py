@@ -30,9 +30,6 @@ from tablegen.fitting.spin_coordinates import (
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import Impacts, depart, energy_factor
 
-# the random law stands beside nodes of a smaller range
-pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
-
 N = 300
 POPULATION = load_config("corundum-steel").population
 SPEED = SpeedCoordinate(0.1, 0.61)
@@ -51,8 +48,8 @@ def made_impacts(seed=1, code=1, spin=1.0):
     index, hit = np.arange(N, dtype=np.uint64), np.ones(N, dtype=np.uint32)
     spins = spin * rng.normal(0.0, 1.0, (N, 3))
     inertia = inertia_at(rng.uniform(0.0, 1.0, N), moments)
-    alpha1 = rng.uniform(0.02, np.pi / 2.0, N)
-    speed = rng.uniform(20.0, 250.0, N) / energy_factor(spins, inertia)
+    alpha1 = np.radians(rng.uniform(*CONTENTS["axes/alpha_deg"][[0, -1]], N))
+    speed = rng.uniform(*CONTENTS["axes/speed"][[0, -1]], N) / energy_factor(spins, inertia)
     return Impacts(alpha1, speed, spins, inertia, grain, index, hit), moments
 
 

@@ -3,12 +3,20 @@
 import numpy as np
 import pytest
 from spin_laws import folded_inputs
+from threadpoolctl import threadpool_limits
 
 from sampler.formats.bounds import CONDITIONS, N_CONDITIONS, NO_SPIN
 from tablegen.fitting.spin_coordinates import AXES, SPIN_AXIS
 from tablegen.fitting.tree import grow, joined
 
 N = 6000
+
+
+@pytest.fixture(autouse=True)
+def one_blas_thread():
+    """Matrices are small."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield
 
 
 def outcomes_at(inputs, rng):

@@ -126,7 +126,8 @@ def test_angles_from_the_normal_and_rows_that_no_grains_hold(measured):
     assert "if angles are from the normal, give 90 - angle" in turned.advice
     made = calibrate(with_mean(rows, "e_t", (0.9, 0.1, 0.9)), grains="subrounded")
     assert made.missed
-    assert "no grains hold the means: subrounded grains are the best, but miss" in "\n".join(fit_lines(made))
+    said = "\n".join(fit_lines(made))
+    assert "no grains hold the means: subrounded grains are the best, but miss" in said
     assert "35 degrees and 100 m/s" in made.advice
 
 

@@ -1,0 +1,194 @@
+"""Grains through many hits: chains of sixty, and discs that roll along a cylinder for ever.
+
+Grains keep four numbers of rotation from wall to wall, their mean angular velocity and the inertia
+about it. So each hit is checked for what one rebound can show: all that a grain keeps is finite, it
+leaves the wall, and it gains no energy.
+"""
+
+import time
+from dataclasses import asdict, dataclass, field
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tablegen.accuracy.chains import (
+    ANGLES,
+    GEOMETRIES,
+    GEOMETRY_WORDS,
+    HALF_SIZE,
+    Arrivals,
+    first_arrivals,
+    follow,
+    kinds_of_grains,
+)
+from tablegen.config.config import Config
+from tablegen.evidence.stability_friction import MOST_GAIN, failures_of
+from tablegen.model.float_array import FloatArray
+from tablegen.progress import bar
+from tablegen.simulation.direct import DirectModel, DirectRebound
+
+#: Speed of grains [m/s], and hits of a chain.
+SPEED, HITS = 100.0, 60
+
+#: Discs that roll: b/a and c/b, impact angle [degrees], and hits.
+ROLLING, ROLLING_ANGLE, ROLLING_HITS = ((1.0, 0.5), (0.9, 0.5)), 0.05, 1000
+
+#: Hits at the end of a chain over which its row is taken.
+_LAST = 20
+
+
+@dataclass(frozen=True)
+class ChainOutcome:
+    """Grains of one kind through the hits of a chain."""
+
+    kind: str
+    geometry: str
+    seed: int
+    grains: int
+    hits: int
+    #: Whether all rebounds ended; grains that are not finite after some hit.
+    finished: bool
+    non_finite: int
+    #: Largest gain of energy at a hit, over that before, and least velocity from the wall over the
+    #: speed before; None if no hit finished.
+    growth: float | None
+    least_velocity: float | None
+    #: Median angle at which grains leave each wall [degrees].
+    angle_deg: tuple[float, ...]
+    #: Over the last hits: share of its translational energy that a grain keeps at a hit, and root
+    #: of its mean squared spin [V/a].
+    energy: float | None
+    spin: float | None
+    #: Run time of a rebound on one thread [s].
+    cost: float = field(compare=False)
+
+    @property
+    def particles(self) -> int:
+        """Number of rebounds."""
+        return self.grains * self.hits
+
+    @property
+    def where(self) -> str:
+        """Kind of grains and geometry in words."""
+        return f"{self.kind} {GEOMETRY_WORDS[self.geometry]}"
+
+    def __str__(self) -> str:
+        return f"{self.where}, {self.hits} hits"
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Failures of the model by kind, a line each."""
+        failures = {}
+        if self.non_finite:
+            failures["not finite"] = f"{self.non_finite} grains are not finite"
+        if not self.finished:
+            failures["unfinished"] = "a grain is unfinished"
+        return failures | failures_of(self.growth, MOST_GAIN, self.least_velocity)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for JSON."""
+        return {**asdict(self), "failures": list(self.failures.values())}
+
+
+class _CheckedWall:
+    """Direct simulation as a law of the wall that remembers the worst of its rebounds."""
+
+    def __init__(self, model: DirectModel) -> None:
+        self.model = model
+        self.growth, self.least_velocity = -np.inf, np.inf
+        self.lost: set[int] = set()
+        self.seconds = 0.0
+
+    def rebound(
+        self,
+        velocity: FloatArray,
+        normal: FloatArray,
+        half_size: float,
+        *,
+        omega: FloatArray,
+        inertia: FloatArray,
+        index: NDArray[np.uint64],
+        **keys: Any,
+    ) -> DirectRebound:
+        """Rebound from walls, and check each rebound."""
+        begin = time.perf_counter()
+        after = self.model.rebound(
+            velocity, normal, half_size, omega=omega, inertia=inertia, index=index, **keys
+        )
+        self.seconds += time.perf_counter() - begin
+        energies = [
+            (motion[0] ** 2).sum(axis=1) + motion[2] * half_size**2 * (motion[1] ** 2).sum(axis=1)
+            for motion in ((velocity, omega, inertia), after)
+        ]
+        away = (after.velocity * normal).sum(axis=1) / np.linalg.norm(velocity, axis=1)
+        finite = np.isfinite(energies[1]) & np.isfinite(away)
+        self.lost |= set(index[~finite].tolist())
+        if finite.any():
+            growth = (energies[1] / energies[0])[finite].max() - 1.0
+            self.growth = max(self.growth, float(growth))
+            self.least_velocity = min(self.least_velocity, float(away[finite].min()))
+        return after
+
+
+def outcome_of(
+    model: DirectModel, names: tuple[str, str], arrivals: Arrivals, seed: int, hits: int
+) -> ChainOutcome:
+    """Follow grains, whose kind and geometry are named, through some hits."""
+    wall, (kind, geometry) = _CheckedWall(model), names
+    left, finished = None, True
+    try:
+        left, _ = follow(wall, arrivals, geometry, seed, hits)
+    except RuntimeError:
+        finished = False
+    known = np.isfinite(wall.growth)
+    return ChainOutcome(
+        kind,
+        geometry,
+        seed,
+        len(arrivals.index),
+        hits,
+        finished,
+        len(wall.lost),
+        wall.growth if known else None,
+        wall.least_velocity if known else None,
+        () if left is None else tuple(np.degrees(np.arcsin(np.median(left[1], axis=1))).tolist()),
+        None if left is None else float((left[0, -_LAST:] ** 2).mean()),
+        None if left is None else float(np.sqrt((left[2, -_LAST:] ** 2).mean())),
+        wall.seconds / (len(arrivals.index) * hits),
+    )
+
+
+def rolling_arrivals(index: NDArray[np.uint64], aspect: tuple[float, float]) -> Arrivals:
+    """Let discs roll forward about their shortest axis, with no velocity at the contact."""
+    b, count = aspect[0], len(index)
+    omega = np.zeros((count, 3))
+    omega[:, 2] = -SPEED / HALF_SIZE
+    start = first_arrivals(index, np.radians(ROLLING_ANGLE), SPEED)
+    return start._replace(omega=omega, inertia=np.full(count, (1.0 + b * b) / 5.0))
+
+
+def run_chains(
+    config: Config, grains: int, seed: int = 1, progress: bool = False
+) -> tuple[ChainOutcome, ...]:
+    """Follow ``grains`` of each kind through sixty hits, and a tenth of them rolling."""
+    model, outcomes = DirectModel(config), []
+    chains = list(product(kinds_of_grains(model, seed, grains).items(), GEOMETRIES))
+    with bar(progress, "chain", total=len(chains) + len(ROLLING), desc="sixty hits") as counted:
+        for (kind, index), geometry in chains:
+            low, high = ANGLES
+            alpha1 = np.random.default_rng([seed % 2**64, len(index)]).uniform(
+                low, high, len(index)
+            )
+            start = first_arrivals(index, alpha1, SPEED)
+            outcomes.append(outcome_of(model, (kind, geometry), start, seed, HITS))
+            counted.update()
+        for aspect in ROLLING:
+            population = config.population.restricted_to("ellipsoid").with_aspect(*aspect)
+            start = rolling_arrivals(np.arange(max(grains // 10, 2), dtype=np.uint64), aspect)
+            names = f"rolling disc {aspect[0]:g} {aspect[1]:g}", "cylinder"
+            disc = DirectModel(config, population)
+            outcomes.append(outcome_of(disc, names, start, seed, ROLLING_HITS))
+            counted.update()
+    return tuple(outcomes)
