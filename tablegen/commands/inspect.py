@@ -45,8 +45,18 @@ def inspect(table: str, as_json: bool, config: bool) -> int:
     if as_json:
         click.echo(json_text(identity(contents)).rstrip())
     else:
-        click.echo(contents.config if config else identity_text(contents))
+        click.echo(_editable(contents.config) if config else identity_text(contents))
     return DONE
+
+
+def _editable(config: str) -> str:
+    """Say above a configuration with nodes what an edit of its range needs."""
+    if "alpha_nodes_deg" not in config and "speed_nodes" not in config:
+        return config
+    return (
+        "# Before you change a range in [domain], delete its nodes in [table], alpha_nodes_deg or\n"
+        f"# speed_nodes: tablegen generate then places them.\n{config}"
+    )
 
 
 def identity(contents: "TableContents") -> dict[str, Any]:

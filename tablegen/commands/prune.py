@@ -93,6 +93,12 @@ def prune(
     left = [name for name in whole.variables if name not in contents.variables]
     left += ["the spin law"] if whole.has_spin and not contents.has_spin else []
     click.echo(f"left out: {', '.join(left) or 'no component'}")
+    if whole["accuracy/ks"].size and not contents["accuracy/ks"].size:
+        note(
+            "tablegen",
+            "the accuracy that the table stores is not that of fewer components, or of so small a "
+            f"range; tablegen validate {output} --store measures it",
+        )
     return DONE
 
 

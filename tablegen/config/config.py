@@ -168,7 +168,8 @@ class Config(Record):
             ("speed_nodes", self.table.speed_nodes, "speed", self.domain.speed),
         ):
             if nodes is not None and (nodes[0], nodes[-1]) != ends:
-                allowed = f"first and last node at the ends of domain.{source}, {shown(ends)}"
+                allowed = f"first and last node at the ends of domain.{source}, {shown(ends)}; "
+                allowed += "without this list, generate places the nodes"
                 raise refusal(f"table.{field}", nodes, allowed)
         return self
 

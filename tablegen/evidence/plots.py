@@ -104,6 +104,8 @@ def map_picture(
 ) -> Picture:
     """Draw distances over angle and speed: cells of this run, and dots that the table stores."""
     shape, angles = (len(atlas.alpha_deg), len(atlas.speed)), (0.5, 5, 15, 30, 50, 70, 90)
+    if len(atlas.speed) == 1:
+        return _one_speed_picture(atlas, stored, declared)
     with settings():
         figure = new_figure(10.0, 7.0)
         for axes, (metric, allowed) in zip(
@@ -132,6 +134,35 @@ def map_picture(
             "states a side. Dots: stored in the table, measured when it was made. Dark cells are "
             "where the table is least accurate; none should be above the declared value.",
             "Four maps over impact angle and speed, one of each metric; the table below has the "
+            "numbers.",
+        )
+
+
+def _one_speed_picture(
+    atlas: AccuracyMap, stored: Mapping[str, FloatArray], declared: Mapping[str, float]
+) -> Picture:
+    """Draw distances over the angle, of a table that has one speed."""
+    with settings():
+        figure = new_figure(10.0, 6.4)
+        for axes, (metric, allowed) in zip(
+            figure.subplots(2, 2).flat, declared.items(), strict=True
+        ):
+            here = [point.estimates[metric].value for point in atlas.points]
+            axes.plot(atlas.alpha_deg, here, "o-", color=LOOKS["table"][0], label="this run")
+            dots = stored.get(metric, np.empty((len(stored["speed"]), 0)))
+            dots = dots.reshape(len(dots), -1).max(axis=1, initial=METRICS[metric].least)
+            axes.plot(stored["alpha_deg"], dots, "^", color="#d55e00", label="stored in the table")
+            axes.axhline(allowed, color="#777777", linestyle="--", label="declared")
+            axes.set(xlabel=ANGLE_LABEL, ylabel=METRICS[metric].short)
+            axes.set_ylim(bottom=METRICS[metric].least)
+        handles, labels = figure.axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+        return written(
+            figure,
+            "map.svg",
+            f"Distance of the table from direct simulation, {atlas.samples:,} states a side. Its "
+            "rebounds do not depend on the speed, or it has one speed.",
+            "Four plots against the impact angle, one of each metric; the table below has the "
             "numbers.",
         )
 

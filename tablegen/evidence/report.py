@@ -18,6 +18,7 @@ from sampler.files import find_table
 from sampler.library import processors
 from sampler.table import Table
 from tablegen.accuracy.chains import (
+    ANGLES,
     GEOMETRIES,
     LaterHit,
     Wall,
@@ -268,9 +269,12 @@ def measure_spinning(
     """Time ways to rebound spinning particles at the sixth hits of chains, and compare them there.
 
     Each rebound takes the four numbers of rotation that the last one gave, the angular velocity and
-    the inertia about it; only the way without spin ignores them. There is no way if no chain begins
-    at the angles of the table.
+    the inertia about it; only the way without spin ignores them. There is no way of a table without
+    a spin law that has only a part of the angles of hits.
     """
+    low, high = table.alpha_range
+    if not table.has_spin and (low > ANGLES[0] or high < ANGLES[1]):
+        return ()
     walls: dict[str, Wall] = {
         "direct simulation": DirectModel(config),
         "table, without spin": _FirstImpacts(table),
@@ -284,11 +288,8 @@ def measure_spinning(
         parts = in_threads(lambda chain: chain(), chains, lambda _: None)
         of_chains = product(kinds, GEOMETRIES)
         compared[name] = [
-            ComparedChain(*names, tuple(hits))
-            for names, hits in zip(of_chains, parts, strict=False)
+            ComparedChain(*names, tuple(hits)) for names, hits in zip(of_chains, parts, strict=True)
         ]
-    if not compared["table, without spin"]:
-        return ()
     index = np.arange(budget.timed, dtype=np.uint64)
     first = first_arrivals(index, _TIMED_ANGLE, _TIMED_SPEED)
     _, arrivals = follow(walls["direct simulation"], first, "any", seed, _TIMED_HIT - 1)

@@ -1,5 +1,6 @@
 """Pictures of measured and simulated rebounds against the impact angle."""
 
+from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
 
@@ -77,25 +78,34 @@ def _draw_panel(axes: Any, comparison: MeasuredComparison, quantity: str) -> Non
 def fit_picture(made: Calibration, name: str) -> Picture:
     """Draw measured and simulated numbers of the chosen fit, its spreads, and both laws.
 
-    The ending of the name of the file selects the format.
+    The ending of the name of the file selects the format. Each speed has one colour in all panels;
+    a spread without its mean, as that out of the plane, has a panel too.
     """
     fit = made.chosen
     quantities = [q for q in QUANTITIES if _numbers_of(fit, q)]
+    spreads = [q + SPREAD for q in QUANTITIES if _numbers_of(fit, q + SPREAD)]
+    speeds = sorted({number.speed for number in fit.numbers}, key=lambda speed: speed or 0.0)
     with settings():
-        figure = new_figure(0.6 + 3.6 * (len(quantities) + 1), 5.8)
-        axes = figure.subplots(2, len(quantities) + 1, sharex=True, squeeze=False)
-        for k, quantity in enumerate(quantities):
-            _draw_numbers(axes[0, k], _numbers_of(fit, quantity))
-            axes[0, k].set_ylabel(QUANTITIES[quantity].label)
-            _draw_numbers(axes[1, k], _numbers_of(fit, quantity + SPREAD))
-            axes[1, k].set_ylabel("spread")
-        for ax, law in zip(axes[:, -1], ("restitution", "resistance"), strict=True):
-            _draw_law(ax, getattr(fit.config.pair, law))
-            ax.set_ylabel(f"law of {law}")
-        for ax in axes[1]:
+        columns = [*quantities, *spreads]
+        rows = 1 + bool(spreads)
+        width = -(-(len(columns) + 2) // rows)
+        figure = new_figure(0.6 + 3.6 * width, 1.3 + 2.6 * rows)
+        panels = list(figure.subplots(rows, width, squeeze=False).flat)
+        for ax, column in zip(panels, columns, strict=False):
+            label = QUANTITIES[column.removesuffix(SPREAD)].label
+            ax.set_ylabel(f"spread of {label}" if column in spreads else label)
             ax.set_xlabel(ANGLE_LABEL)
-        axes[1, -1].set_xlabel("angle at the contact [°]")
-        axes[0, 0].legend()
+            _draw_numbers(ax, _numbers_of(fit, column), speeds)
+        of_laws = panels[len(columns) : len(columns) + 2]
+        for ax, law in zip(of_laws, ("restitution", "resistance"), strict=True):
+            _draw_law(ax, getattr(fit.config.pair, law), speeds)
+            ax.set(xlabel="angle at the contact [°]", ylabel=f"law of {law}")
+        for ax in panels[len(columns) + 2 :]:
+            ax.remove()
+        handles: dict[str, Any] = {}
+        for ax in figure.axes:
+            handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+        figure.legend(handles.values(), handles, loc="outside lower center", ncols=3)
         title = f"{made.config.name}: measured and fitted rebounds, {fit.grains} grains"
         words = f"{title}: means, spreads and both laws against the angle"
         return written(figure, name, title, words)
@@ -107,26 +117,41 @@ def _numbers_of(fit: Fit, column: str) -> list[ComparedNumber]:
     return sorted(numbers, key=lambda number: (number.speed or 0.0, number.alpha_deg))
 
 
-def _draw_numbers(ax: Any, numbers: list[ComparedNumber]) -> None:
+def _look_of(speed: float | None, speeds: Sequence[float | None]) -> tuple[str, str, str]:
+    """Choose the colour and the line style of a speed, and its words in a legend."""
+    k = min(range(len(speeds)), key=lambda k: abs((speeds[k] or 0.0) - (speed or 0.0)))
+    words = "" if speed is None or len(speeds) < 2 else f", {speed:g} m/s"
+    return _COLOURS[k % len(_COLOURS)], _LINES[k // len(_COLOURS) % len(_LINES)], words
+
+
+def _draw_numbers(ax: Any, numbers: list[ComparedNumber], speeds: Sequence[float | None]) -> None:
     """Draw measured numbers with their errors, and a simulated line for each speed."""
-    for k, (speed, group) in enumerate(groupby(numbers, key=lambda number: number.speed)):
-        part, colour = list(group), _COLOURS[k % len(_COLOURS)]
+    known = any(one.error for one in numbers)
+    for speed, group in groupby(numbers, key=lambda number: number.speed):
+        part, (colour, line, label) = list(group), _look_of(speed, speeds)
         angle = [one.alpha_deg for one in part]
-        label = "" if speed is None else f", {speed:g} m/s"
-        ax.plot(angle, [one.simulated for one in part], color=colour, label=f"simulated{label}")
-        known = any(one.error for one in part)
+        simulated = [one.simulated for one in part]
+        ax.plot(angle, simulated, line, color=colour, label=f"simulated{label}")
         bars = [(one.error if known else one.tolerance) or 0.0 for one in part]
         words = f"measured{label}, with {'standard error' if known else 'tolerance'}"
+        if not any(bars):
+            words = f"measured{label}"
         look = {"fmt": "o", "ms": 4, "color": colour, "mfc": "white", "capsize": 2}
         ax.errorbar(angle, [one.measured for one in part], bars, label=words, **look)
 
 
-def _draw_law(ax: Any, law: Any) -> None:
-    """Draw a tabulated law; others have their numbers written."""
+def _draw_law(ax: Any, law: Any, speeds: Sequence[float | None]) -> None:
+    """Draw a tabulated law, a curve for each of its speeds; others have their numbers written."""
     if law.law != "tabulated":
         numbers = law.model_dump(exclude={"source", "law", "valid_speed"}, exclude_none=True)
         text = "\n".join([law.law, *(f"{k} = {shown(v)}" for k, v in numbers.items())])
         ax.text(0.05, 0.95, text, transform=ax.transAxes, va="top", fontsize=7)
         return
-    ax.plot(law.angle_deg, np.array(law.value), marker="o", ms=3)
+    values = np.array(law.value).reshape(len(law.angle_deg), -1)
+    of = law.speed if values.shape[1] > 1 else [speeds[0]]
+    for column, speed in zip(values.T, of, strict=True):
+        colour, line, label = _look_of(speed, speeds)
+        shade = colour if values.shape[1] > 1 or len(speeds) < 2 else "#000000"
+        words = "law" + (label if values.shape[1] > 1 else "")
+        ax.plot(law.angle_deg, column, line, color=shade, marker="s", ms=3, label=words)
     ax.set_ylim(bottom=0.0)

@@ -30,9 +30,10 @@ _AFTER_WORK = frozenset({"u", "w", "rotational_energy"})
 
 
 def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> TableContents:
-    """Cut the contents of a table to the domain of a scene, without the measured accuracy.
+    """Cut the contents of a table to the domain of a scene.
 
-    Raises `InputError`, which begins with `origin`, if the table does not cover the scene.
+    The measured accuracy stays at conditions that are kept, unless variables go. Raises
+    `InputError`, which begins with `origin`, if the table does not cover the scene.
     """
     if contents.of_spheres:
         raise InputError(
@@ -66,8 +67,9 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
         datasets[nodes] = contents[nodes][kept]
     if scene.spin:
         datasets |= _spin_law(contents, datasets, has_works(variables))
-    datasets |= {path: values[:0] for path, values in datasets.items() if "accuracy/" in path}
-    datasets["accuracy/ks"] = np.empty((0, len(variables)))
+    datasets |= _accuracy(datasets, variables == contents.variables)
+    if variables != contents.variables:
+        datasets["accuracy/ks"] = np.empty((0, len(variables)))
     text = _config_text(own, scene, datasets)
     return replace(contents, datasets=datasets, variables=variables, channels=channels, config=text)
 
@@ -159,6 +161,28 @@ def _spin_law(
         "spin/factor": contents["spin/factor"][..., :factors],
         "spin/quantiles": contents["spin/quantiles"][:, :N_OUTCOMES],
     }
+
+
+def _accuracy(datasets: dict[str, NDArray[Any]], same: bool) -> dict[str, NDArray[Any]]:
+    """Keep the accuracy at conditions among the nodes, if the variables are the ``same``.
+
+    Numbers of chains of hits are of the spin law, which stays whole.
+    """
+    kept = {}
+    for path, values in datasets.items():
+        group, _, name = path.rpartition("/")
+        if "accuracy" not in group:
+            continue
+        if name.startswith("chain_"):
+            kept[path] = values[: len(values) * same]
+            continue
+        inside = np.full(len(values), same)
+        for axis in ("alpha_deg", "speed"):
+            low, high = datasets[f"axes/{axis}"][[0, -1]]
+            place = datasets[f"{group}/{axis}"]
+            inside &= (place >= low) & (place <= high) if len(place) == len(inside) else False
+        kept[path] = values[inside]
+    return kept
 
 
 def _config_text(own: Config, scene: Config, datasets: dict[str, NDArray[np.float64]]) -> str:

@@ -1,5 +1,7 @@
 """Pruned tables: the same draws for the same keys."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from refusals import refused
@@ -80,6 +82,29 @@ def test_conditions_that_stay_have_the_same_draws(wide, tmp_path, alpha_deg, spe
     full, part = _draws(wide, alpha_deg, speed), _draws(cut, alpha_deg, speed)
     for name in part:
         np.testing.assert_array_equal(part[name], full[name])
+
+
+def test_accuracy_stays_where_conditions_and_variables_do(wide, tmp_path):
+    whole = read_table(wide)
+    count = len(whole.variables)
+    measured = {
+        "accuracy/alpha_deg": np.array([12.0, 35.0, 45.0, 70.0]),
+        "accuracy/speed": np.array([100.0, 200.0, 100.0, 200.0]),
+        "accuracy/ks": np.arange(4.0 * count).reshape(4, count) / 100.0,
+        **{
+            f"accuracy/{name}": np.arange(4.0) / 4.0
+            for name in ("sliced_wasserstein", "correlation_error")
+        },
+        "accuracy/auc": np.full(4, 0.6),
+    }
+    whole = replace(whole, datasets={**whole.datasets, **measured})
+    components = list(whole.variables)
+    cut = pruned(whole, _scene(alpha_deg=[31.0, 49.0], components=components))
+    np.testing.assert_array_equal(cut["accuracy/ks"], measured["accuracy/ks"][1:3])
+    np.testing.assert_array_equal(cut["accuracy/correlation_error"], [0.25, 0.5])
+    fewer = pruned(whole, _scene(alpha_deg=[31.0, 49.0], components=components[:2]))
+    assert fewer["accuracy/ks"].shape == (0, 2)
+    assert fewer["accuracy/auc"].size == 0
 
 
 @pytest.fixture(scope="module")
