@@ -9,9 +9,10 @@ from tablegen.tables.refine import NodeCache
 
 #: Measured times over that of a first node, least and most: of a node of the largest mixture, of a
 #: trial, and, for as many rebounds as a node has, of the fit of a leaf without experts, with its
-#: conditions, and of chains of hits. A leaf takes as long again for each 64 experts.
-_NODE, _TRIAL, _LEAF, _CHAIN = (1.0, 3.0), (3.0, 5.0), (1.5, 2.3), (1.5, 2.8)
-_EXPERTS = 64.0
+#: conditions, and of chains of hits. A leaf takes as long again for each 64 experts; a sample of a
+#: node of no components takes as long as the fit of 150 of them does.
+_NODE, _TRIAL, _LEAF, _CHAIN = (1.0, 3.0), (3.0, 5.0), (1.6, 2.9), (1.5, 2.8)
+_EXPERTS, _COMPONENTS = 64.0, 150.0
 
 #: Rounds of the refinement, nodes and trials that the choice of the mixture takes, and rebounds of
 #: the measurement of chains.
@@ -53,7 +54,7 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, done: float) -> Cost
         work = math.prod(nodes) * _NODE[k if len(plan.sizes) > 1 else 0]
         work += _ROUNDS[k] * _trials(*nodes) * trial if plan.first != plan.most else 0.0
         work += _PROBES[k] * (1.0 + trial) if len(plan.sizes) > 1 else 0.0
-        work += _LEAF[k] * leaves / size.samples
+        work += _LEAF[k] * leaves / (size.samples * (1.0 + size.components / _COMPONENTS))
         if conditions > 0:
             work += conditions * (1 + plan.config.spin) * trial
             work += _CHAIN[k] * _CHAINED * plan.config.spin / size.samples
