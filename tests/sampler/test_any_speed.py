@@ -44,7 +44,7 @@ def test_no_speed_is_outside_the_spin_law(anywhere, contents):
         np.testing.assert_array_equal(
             free.sample(0.7, SPEEDS, **given), bound.sample(0.7, SPEEDS, **given)
         )
-    assert (free.counts["speed"], bound.counts["speed"]) == (0, 5)
+    assert (free.counts["speed"], bound.counts["speed"]) == (0, 4)
 
 
 def test_the_files_say_so(anywhere, contents, tmp_path):

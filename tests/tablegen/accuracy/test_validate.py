@@ -143,6 +143,9 @@ def spinning(tiny, tmp_path, monkeypatch):
                     return super().sample(alpha1, speed, **keys)
                 return law.sample(alpha1, speed, spin=spin, **keys)
 
+            def rebound(self, *impacts, **keys):
+                return law.rebound(*impacts, **keys)
+
         monkeypatch.setattr(VALIDATE, "Table", SpinTable)
         path = tmp_path / "spinning.h5"
         contents = with_spin_law(tiny.generated.table.contents)
@@ -158,8 +161,9 @@ class TestSpinLaw:
         found = validate(path, **QUICK)
         assert found.missed == []
         assert [place.own for place in found.own] == [True]
-        # no chain begins within its angles
-        assert (plain.own, plain.hits, found.hits) == ([], [], [])
+        # later hits need any angle, so the law is followed through chains whatever its nodes are
+        assert (plain.own, plain.hits) == ([], [])
+        assert found.hits
         assert found.comparisons == plain.comparisons
         # stored beside the other accuracy, and kept where nothing of it is measured again
         store_accuracy(path, found)
@@ -176,4 +180,4 @@ class TestSpinLaw:
         elastic = SPINNING.with_changes({"pair": {"restitution": {"coefficient": 0.03}}})
         ended = run("validate", spinning(elastic), *words)
         assert ended.status == MISSED
-        assert ended.out.splitlines()[1].startswith("to hold: declare ks = ")
+        assert "times its limit: give the spin law more leaves" in ended.out

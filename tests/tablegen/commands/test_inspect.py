@@ -23,7 +23,9 @@ def test_describes_the_table(run, tiny):
     largest = f"AUC {table.accuracy['auc'].max():.3f}"
     for words in ("35 to 45 deg, 60 to 300 m/s", table.contents.content_sha256, largest):
         assert words in ended.out
-    assert run("inspect", tiny.path, "--config").out == TINY.text + "\n"
+    written = run("inspect", tiny.path, "--config").out
+    assert written.startswith("# Before you change a range in [domain], delete its nodes")
+    assert written.endswith(TINY.text + "\n")
 
 
 def test_json_has_what_the_table_has(run, refused, tiny):

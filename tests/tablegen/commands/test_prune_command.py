@@ -40,7 +40,8 @@ def test_a_scene_may_leave_the_pair_out(run, other):
     scene, path = other.with_name("fast.toml"), other.with_name("cut.h5")
     scene.write_text('name = "fast"\n[domain]\nspeed = [200.0, 300.0]\ndimension = 2\n')
     ended = run("prune", other, "--scene", scene, "--output", path)
-    assert (sampler.load(path).columns, ended.err) == (("u", "v", "omega_z"), "")
+    assert sampler.load(path).columns == ("u", "v", "omega_z")
+    assert "the accuracy that the table stores is not that of fewer components" in ended.err
 
 
 @pytest.mark.parametrize(

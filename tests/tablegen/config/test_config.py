@@ -41,7 +41,7 @@ class TestShippedPair:
         law = config.pair.kernel_arguments()
         assert (law.coefficient, law.exponent, law.strength, law.factor) == (0.1, 0.61, 1.0, 1.0)
         assert config.pair.restitution.valid_speed == (50.0, 300.0)
-        assert config.domain.alpha_deg == (0.5, 90.0)
+        assert config.domain.alpha_deg == (0.05, 90.0)
         assert config.domain.speed == (5.0, 300.0)
         assert config.population.truncation == 2.0 - math.sqrt(2.0)
 
@@ -90,7 +90,7 @@ class TestScene:
         assert (aspect.mean, aspect.standard_deviation) == (0.7, 0.2)
 
     def test_nodes_do_not_outlive_their_range(self, tmp_path):
-        nodes = {"alpha_nodes_deg": [0.5, 30.0, 90.0], "speed_nodes": [5.0, 300.0]}
+        nodes = {"alpha_nodes_deg": [0.05, 30.0, 90.0], "speed_nodes": [5.0, 300.0]}
         (tmp_path / "base.toml").write_text(changed({"table": nodes}))
         head = 'name = "s"\npair = "base.toml"\n'
         config = parse_config(f"{head}[domain]\nalpha_deg = [20, 60]\n", "s.toml", tmp_path)

@@ -126,13 +126,16 @@ def test_components_and_reflections_are_found():
 
 
 def test_fit_is_as_likely_as_the_truth_on_fresh_points():
-    """Difference of mean log-densities; noise and the cost of 100 parameters are 0.01."""
+    """Difference of mean log-densities; noise and the cost of 100 parameters are 0.01.
+
+    Two passes of stepwise EM leave as much again.
+    """
     truth = random_mixture(13, 3, dimension=6)
     z = sample_mixture(truth, COUNT, np.random.default_rng(14))
     fresh = sample_mixture(truth, COUNT, np.random.default_rng(15))
     best = log_density(truth, fresh)
     fitted, single = (fit_mixture(z, k, np.random.default_rng(16), np.ones(6)) for k in (8, 1))
-    assert best - log_density(fitted, fresh) < 0.02
+    assert best - log_density(fitted, fresh) < 0.025
     # refused: a single Gaussian, and independent channels
     assert best - log_density(single, fresh) > 0.2
     diagonal = np.einsum("kij,ij->kij", fitted.covariance, np.eye(6))

@@ -68,9 +68,9 @@ class TestMiddles:
         assert middle_of(SHIPPED, Place((30.0,), (100.0,))) == (30.0, 100.0)
 
     def test_there_are_none_on_a_fixed_axis(self):
-        fixed = {"alpha_nodes_deg": [0.5, 45.0, 90.0]}
+        fixed = {"alpha_nodes_deg": [0.05, 45.0, 90.0]}
         alpha, speed = middles(SHIPPED.with_changes({"table": fixed}))
-        assert alpha(0.5, 45.0) is None
+        assert alpha(0.05, 45.0) is None
         assert speed(50.0, 300.0) is not None
 
 
