@@ -37,7 +37,7 @@ def test_a_given_form_finds_its_numbers_again_and_says_how_it_was_made(tmp_path,
     config = load_config(path)
     assert config == made.config
     assert (config.name, config.spin) == ("my-sand", True)
-    assert (config.domain.speed, config.domain.alpha_deg) == ((100.0, 100.0), (0.5, 90.0))
+    assert (config.domain.speed, config.domain.alpha_deg) == ((100.0, 100.0), (0.05, 90.0))
     tree = tomllib.loads(path.read_text())
     assert tree["pair"]["restitution"]["valid_speed"] == [100.0, 100.0]
     assert "measured rebounds (synthetic: simulated)" in tree["pair"]["resistance"]["source"]
