@@ -44,8 +44,8 @@ class Judged(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Distance from equal laws over what is allowed, without three errors."""
-        return metric_of(self.name).share(self.estimate.certain, self.allowed)
+        """Distance from equal laws over what is allowed."""
+        return metric_of(self.name).share(self.estimate.value, self.allowed)
 
     def within(self, allowed: float) -> bool:
         """Tell whether the number would be within another limit."""
