@@ -93,7 +93,7 @@ MALFORMED = {
     ("spin", -30): [field("n_nodes", 2**20), field("n_outcomes", 8)],
     ("spin", -31): [
         *(number("roots", 1, n) for n in (-1, 8)),
-        *(number("node_axis", 7, n) for n in (-1, 7)),
+        *(number("node_axis", 7, n) for n in (-1, 9)),
         *(number("node_child", at, n) for at, n in ((2, 1), (3, 0), (15, 8), (0, -11), (14, -11))),
     ],
     ("less spheres", -28): [field("n_laws", 7), field("n_laws", 2**21)],
