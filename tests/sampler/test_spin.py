@@ -438,12 +438,15 @@ class TestCounts:
         assert wide.counts["spin"] == 0
 
     def test_the_speed_counts_with_the_energy_of_rotation(self):
-        """At 250 m/s and k = 0.3 up to a spin of (0.44 / 0.3)^(1/2); and of the measured speeds."""
-        contents = replace(CONTENTS, valid_speed=(200.0, 300.0))
+        """The law goes to 600 m/s: at 250 m/s and k = 0.3 to a spin of (4.76 / 0.3)^(1/2) = 3.9833.
+
+        The speed that is compared with the measured ones has this energy, too.
+        """
+        contents = replace(CONTENTS, valid_speed=(200.0, 600.0))
         strict, keys = sampler.Table(contents, outside="raise"), {"seed": 1, "index": 0, "hit": 0}
         given = {"inertia": 0.3, "grain": (0.0, 0.8, 0.8)} | keys
-        strict.sample(0.5, 250.0, spin=(0.0, 0.0, 1.211), **given)
-        line = refused("speed", strict.sample, 0.5, 250.0, spin=(0.0, 0.0, 1.2111), **given)
+        strict.sample(0.5, 250.0, spin=(0.0, 0.0, 3.983), **given)
+        line = refused("speed", strict.sample, 0.5, 250.0, spin=(0.0, 0.0, 3.984), **given)
         assert "a speed with the energy of rotation" in line
         assert strict.counts["extrapolated"] == 0
         strict.sample(0.5, 150.0, spin=(0.0, 0.0, 1.611), **given)  # (0.7778 / 0.3)^(1/2) = 1.6102
