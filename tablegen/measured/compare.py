@@ -83,7 +83,9 @@ class MeasuredComparison:
     def rms(self) -> float:
         """Root mean square of the deviations of all means of e_n and e_t; NaN without any."""
         deviations = [self.means[name].deviation for name in _RANKED if name in self.means]
-        return float(np.sqrt(np.nanmean(np.square(np.concatenate([[np.nan], *deviations])))))
+        known = np.concatenate([[], *deviations])
+        known = known[np.isfinite(known)]
+        return float(np.sqrt(np.mean(np.square(known)))) if known.size else math.nan
 
 
 def compare(
