@@ -175,7 +175,11 @@ def ranking_text(comparisons: Sequence[MeasuredComparison]) -> str:
         parts = [one.means[name].rms if name in one.means else None for name in _RANKED]
         cells = ["-" if x is None or math.isnan(x) else f"{x:.3f}" for x in (*parts, one.rms)]
         rows.append([one.pair, *cells])
-    title = f"rms deviations of the means of {comparisons[0].measured.name}, the nearest pair first"
+    title = f"rms deviations of the means of {comparisons[0].measured.name}"
+    if any(math.isfinite(one.rms) for one in comparisons):
+        title += ", the nearest pair first"
+    else:
+        title += ": not ranked, because neither e_n nor e_t was measured"
     return str(TextTable(title, ("pair", *_RANKED, "both"), rows))
 
 
