@@ -31,10 +31,10 @@ CODES = (
     Code("ERR_SPEED_NOT_POSITIVE", -4,
         "speed: allowed: above 0 m/s; velocity: allowed: 1e-150 m/s or more relative to the wall"),
     Code("ERR_NORMAL_NOT_USABLE", -5, "normal: allowed: any length but zero"),
-    Code("ERR_HALF_SIZE", -6, "half_size: allowed: 1e-09 to 0.1 m"),
+    Code("ERR_HALF_SIZE", -6, "half_size: allowed: 1e-09 to 100 m"),
     Code("ERR_ROUGHNESS_NOT_USABLE", -7,
-        "roughness: allowed: 0 to 0.5 rad; of a profile: ra and rq 0 or more, rsm and diameter "
-        "above 0, and a tilt within that"),
+        "roughness: allowed: 0 to 0.5 rad; of a profile: ra 0 or more, rq not below ra, rsm and "
+        "diameter above 0, and a tilt within that"),
     Code("ERR_CASCADE_NOT_ENDED", -9, "roughness: bounces without end"),
     Code("ERR_NO_SPIN_LAW", -10,
         "spin, grain, rebound: the table has no spin law, allowed: fresh grains without spin"),

@@ -198,7 +198,9 @@ def commented_fields(text: str) -> dict[str, str]:
     """Read the lines ``# key: value`` at the top of a data file; of a key the first."""
     fields: dict[str, str] = {}
     for line in text.split("\n"):
-        stripped = line.strip()
+        stripped = line.strip().rstrip(",")
+        if stripped.startswith('"#'):  # Excel quotes a comment that holds a comma
+            stripped = stripped.strip('"')
         if stripped and not stripped.startswith("#"):
             break
         found = _FIELD.fullmatch(stripped)

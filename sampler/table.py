@@ -290,7 +290,7 @@ class Table(LawAtConditions, Counting):
         normal : array, shape (..., 3)
             Wall normal into the gas, of any length but zero.
         half_size : float or array, shape (...)
-            Largest half-size a of the particle, 1e-9 to 0.1 m.
+            Largest half-size a of the particle, 1e-9 to 100 m.
         omega : array, shape (..., 3), optional
             Mean angular velocity before the impact, rad/s, lab frame, as a rebound gives it. Left
             out: not spinning, the same as zeros.

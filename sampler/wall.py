@@ -237,7 +237,7 @@ def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike)
     ----------
     ra, rq : float or array, shape (...)
         Mean and root mean square of the profile's height (ISO 21920-2, ISO 4287), not negative.
-        That Rq is not below Ra, which holds for every profile, is not checked.
+        Rq below Ra, which no profile has, is refused; 1 % is left to rounded digits.
     rsm : float or array, shape (...)
         Mean width of the profile's elements, above 0.
     diameter : float or array, shape (...)
@@ -254,6 +254,11 @@ def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike)
     Int. J. Multiphase Flow 25 (1999) 1457-1489.
     """
     given = _checked(ra=ra, rq=rq, rsm=rsm, diameter=diameter)
+    below = np.atleast_1d(given["rq"] < 0.99 * given["ra"])
+    if below.any():
+        row = int(below.argmax())
+        ra_of, rq_of = (np.broadcast_to(given[name], below.shape).flat[row] for name in ("ra", "rq"))
+        refuse("rq", f"{rq_of:.9g}, below ra = {ra_of:.9g}", "ra or more, as in every profile")
     tilts = _by_rows("rbt_wall_tilt_rows", **given)
     refused = np.isnan(tilts)
     if refused.any():

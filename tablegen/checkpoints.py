@@ -6,6 +6,7 @@ depend on the executor, the order of the tasks or interruptions. Finished result
 identifies the configuration, the seed and the software that they belong to.
 """
 
+import errno
 import hashlib
 import io
 import os
@@ -18,7 +19,7 @@ from contextlib import closing, suppress
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, BinaryIO, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +31,20 @@ from sampler.files import write_bytes
 from sampler.library import processors
 from tablegen.progress import bar
 
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
 Arrays = dict[str, NDArray[Any]]
 
 #: Name of the processor time in the result of a task, which works in one thread [s].
 SECONDS = "seconds"
 
 _STAMP = "stamp.sha256"
+
+#: File that the living run holds locked.
+_LOCK = "running.lock"
 
 #: Packages that take part in the arithmetic.
 _LIBRARIES = ("llvmlite", "numba", "numpy", "scikit-learn", "scipy")
@@ -76,15 +85,17 @@ class CheckpointStore:
             raise InputError("--discard: got it with --resume, allowed: one of the two")
         self.folder = parts_path(output)
         self._stamp = hashlib.sha256(fingerprint.encode()).hexdigest()
+        self._output, self._existed = output, os.path.exists(output)
         stamp = self.folder / _STAMP
         try:
             self.folder.mkdir(exist_ok=True)
-            stamped = stamp.read_text() if stamp.is_file() else ""
-            if not stamped and any(self.folder.iterdir()):
+            if not stamp.is_file() and {path.name for path in self.folder.iterdir()} - {_LOCK}:
                 raise InputError(
                     f"output: got {self.folder}, which is not of an unfinished run, "
                     "allowed: a file without such a folder"
                 )
+            self._lock = self._locked()
+            stamped = stamp.read_text() if stamp.is_file() else ""
             self.resumed = not discard and bool(self._pieces())
             if self.resumed:
                 self._check_can_resume(stamped, resume)
@@ -108,12 +119,50 @@ class CheckpointStore:
                 f"allowed: {way}, or --discard, which removes them"
             )
 
+    def _locked(self) -> BinaryIO:
+        """Claim the output for this run, as long as the returned file is open.
+
+        The system frees the lock of a process that ends in any way. Where it knows no locks, two
+        runs are told apart only by `check_output_is_free`.
+        """
+        path = self.folder / _LOCK
+        while True:
+            self.folder.mkdir(exist_ok=True)
+            file = path.open("ab")
+            try:
+                if fcntl is not None:
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                # the run that held the lock may have removed the file since it was opened
+                if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                    return file
+            except OSError as error:
+                if error.errno not in (errno.EWOULDBLOCK, errno.EACCES):
+                    return file  # no locks on this file system
+                file.close()
+                raise InputError(
+                    f"output: another run is writing {self._output}; wait for its end, stop it, "
+                    "or choose another output"
+                ) from None
+            file.close()
+
+    def check_output_is_free(self) -> None:
+        """Refuse to replace an output that appeared since this run began; keeps the pieces."""
+        if not self._existed and os.path.exists(self._output):
+            raise InputError(
+                f"output: {self._output} was written by another program during this run; move it "
+                "away, and continue with --resume"
+            )
+
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if not self._pieces():
+        if self._pieces():
+            with suppress(OSError):
+                (self.folder / _LOCK).unlink(missing_ok=True)
+        else:
             self.remove()
+        self._lock.close()
 
     def _pieces(self) -> list[Path]:
         return list(self.folder.glob("piece-*.npz"))
@@ -146,6 +195,7 @@ class CheckpointStore:
             for path in self._pieces():
                 path.unlink()
             (self.folder / _STAMP).unlink(missing_ok=True)
+            (self.folder / _LOCK).unlink(missing_ok=True)
             self.folder.rmdir()
 
 

@@ -11,6 +11,7 @@ text ``name value\n`` (value as JSON).
 
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -41,6 +42,15 @@ from sampler.formats.table_shapes import check_shapes
 
 #: Bytes of a chunk of a compressed dataset, if a row has not more.
 _CHUNK = 2**19
+
+#: First bytes of every HDF5 file.
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+#: What files of these suffixes are, if they are no HDF5 files.
+_OTHER_KINDS = {
+    ".toml": "is a configuration, not a table",
+    ".csv": "is a file of measurements, not a table",
+}
 
 
 def _shown(value: Any) -> str:
@@ -323,7 +333,9 @@ def read_table(path: str | Path) -> TableContents:
         source = check_input("table", path)
         if source.suffix == ".rbt":
             raise TableError("got a binary table, for C and Fortran, allowed: a table in .h5")
-        with h5py.File(source, "r") as file:
+        _check_kind(source)
+        # Without a lock: tables are written whole, and locks cannot be had on some file systems.
+        with h5py.File(source, "r", locking=False) as file:
             attributes = _read_attributes(file)
             datasets = _read_datasets(file)
     except TableError as error:
@@ -331,12 +343,26 @@ def read_table(path: str | Path) -> TableContents:
     except InputError as error:
         raise TableError(str(error)) from None
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # h5py's
+        if isinstance(error, OSError) and error.errno:
+            raise TableError(f"{path}: cannot be read: {os.strerror(error.errno)}") from error
         reason = str(error).partition("\n")[0]
-        raise TableError(f"{path}: is damaged, or no HDF5 file ({reason})") from error
+        raise TableError(f"{path}: is a damaged HDF5 file ({reason})") from error
     try:
         return _contents_of(attributes, datasets)
     except TableError as error:
         raise TableError(f"{path}: {error}") from None
+
+
+def _check_kind(source: Path) -> None:
+    """Refuse a file that is no HDF5 file, by what it is; raises `OSError` if it cannot be read."""
+    with source.open("rb") as file:
+        start = file.read(len(_SIGNATURE))
+    if start == _SIGNATURE:
+        return
+    kind = _OTHER_KINDS.get(source.suffix, "is no HDF5 file")
+    if not start:
+        kind = "is empty"
+    raise TableError(f"{kind}, allowed: a table in .h5")
 
 
 def _contents_of(attributes: Mapping[str, Any], datasets: Mapping[str, Array]) -> TableContents:

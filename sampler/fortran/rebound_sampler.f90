@@ -170,7 +170,8 @@ module rebound_sampler
     end function c_grains
 
     ! Standard deviation of the tilt of facets, rad, of a wall with a measured profile, as the header
-    ! says; all lengths in the same unit. `tilt` is as it was after an error.
+    ! says; all lengths in the same unit. rq below ra, which no profile has, is an error. `tilt` is as it
+    ! was after an error.
     function rbt_wall_tilt(ra, rq, rsm, diameter, tilt) result(code) bind(c)
       import :: c_double, c_int
       real(c_double), value :: ra, rq, rsm, diameter

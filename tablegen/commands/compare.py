@@ -1,5 +1,6 @@
 """Command ``tablegen compare``: put simulated rebounds beside measured ones."""
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,8 @@ def compare(
             note("tablegen", warning)
     if results[0].measured.doubt:
         note("tablegen", results[0].measured.doubt)
-    results.sort(key=lambda one: one.rms)
+    if not any(math.isnan(one.rms) for one in results):
+        results.sort(key=lambda one: one.rms)
     one = len(results) == 1
     click.echo(comparison.comparison_text(*results) if one else comparison.ranking_text(results))
     if json_file:

@@ -83,7 +83,9 @@ class MeasuredComparison:
     def rms(self) -> float:
         """Root mean square of the deviations of all means of e_n and e_t; NaN without any."""
         deviations = [self.means[name].deviation for name in _RANKED if name in self.means]
-        return float(np.sqrt(np.nanmean(np.square(np.concatenate([[np.nan], *deviations])))))
+        known = np.concatenate([[], *deviations])
+        known = known[np.isfinite(known)]
+        return float(np.sqrt(np.mean(np.square(known)))) if known.size else math.nan
 
 
 def compare(
@@ -173,7 +175,11 @@ def ranking_text(comparisons: Sequence[MeasuredComparison]) -> str:
         parts = [one.means[name].rms if name in one.means else None for name in _RANKED]
         cells = ["-" if x is None or math.isnan(x) else f"{x:.3f}" for x in (*parts, one.rms)]
         rows.append([one.pair, *cells])
-    title = f"rms deviations of the means of {comparisons[0].measured.name}, the nearest pair first"
+    title = f"rms deviations of the means of {comparisons[0].measured.name}"
+    if any(math.isfinite(one.rms) for one in comparisons):
+        title += ", the nearest pair first"
+    else:
+        title += ": not ranked, because neither e_n nor e_t was measured"
     return str(TextTable(title, ("pair", *_RANKED, "both"), rows))
 
 

@@ -91,6 +91,7 @@ def parse_measurements(text: str, name: str, file: str) -> Measurements:
     lines = _lines(text, file)
     if not lines:
         raise InputError(f"{file}: got no line but comments, allowed: a line of column names")
+    lines = _without_empty_ends(lines)
     _check_columns(lines[0])
     rows = [line._replace(columns=lines[0].cells) for line in lines[1:]]
     if not 0 < len(rows) <= _MOST_ROWS:
@@ -117,7 +118,8 @@ def _lines(text: str, file: str) -> list[_Line]:
     cells_of = []
     lines = enumerate((f"{line}\n" for line in text.split("\n")), start=1)
     for number, line in lines:
-        if not line.strip() or line.lstrip().startswith("#"):
+        # Excel writes empty rows as commas, and quotes a comment that holds a comma.
+        if not line.strip(" \t,\n") or line.lstrip().startswith(("#", '"#')):
             continue
         rest = chain([line], (further for _, further in lines))
         try:
@@ -127,6 +129,20 @@ def _lines(text: str, file: str) -> list[_Line]:
             raise _Line(file, number, ()).refusal(f"got {error}", allowed) from None
         cells_of.append(_Line(file, number, [" ".join(cell.split()) for cell in cells]))
     return cells_of
+
+
+def _without_empty_ends(lines: Sequence[_Line]) -> list[_Line]:
+    """Leave out the empty cells after the named columns, which Excel writes as trailing commas."""
+    names = list(lines[0].cells)
+    while names and not names[-1]:
+        names.pop()
+    kept = []
+    for line in lines:
+        cells = list(line.cells)
+        while len(cells) > len(names) and not cells[-1]:
+            cells.pop()
+        kept.append(line._replace(cells=cells))
+    return kept
 
 
 def _check_columns(header: _Line) -> None:

@@ -19,7 +19,7 @@ from tablegen.model.random_numbers import philox_block, uniform
 _NORMAL_IMPACT = 1e-12
 
 #: Half-sizes [m] that the draw takes too: others are mistaken units.
-_LEAST_HALF_SIZE, _MOST_HALF_SIZE = 1e-9, 0.1
+_LEAST_HALF_SIZE, _MOST_HALF_SIZE = 1e-9, 100.0
 
 #: Block of random words that gives the azimuth at normal impact.
 _AZIMUTH_BLOCK = 2

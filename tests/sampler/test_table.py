@@ -273,7 +273,7 @@ def test_first_bad_condition_is_named(table_path, name, value, outside, count, t
         ("velocity", ([100.0, -1.0, 0.0],), "20 to 90 deg"),
         ("normal", ([0, np.inf, 0],), "finite"),
         ("normal", ([0, 0, 0],), "any length but zero"),
-        ("half_size", (0.0, 1e-310, 20.0), "1e-09 to 0.1 m"),
+        ("half_size", (0.0, 1e-310, 200.0), "1e-09 to 100 m"),
         ("half_size", (np.nan,), "finite"),
         ("wall_velocity", ([0, np.nan, 0],), "finite"),
     ],

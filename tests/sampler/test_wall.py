@@ -93,9 +93,10 @@ def test_small_particles_meet_flanks_and_large_ones_the_whole_profile():
 
 
 def test_only_the_tilts_of_the_particles_at_hand_count():
-    """The flanks of a cast wall are too steep for a small particle, which is refused."""
-    with pytest.raises(sampler.InputError, match=r"got 25, 1, 10, 5, allowed: tilts up to 0.5 rad"):
-        sampler.wall_tilt(25.0, 1.0, 10.0, [200.0, 5.0])
+    """The whole profile of a cast wall is too steep for a large particle, which is refused."""
+    with pytest.raises(sampler.InputError, match=r"got 2, 6, 10, 200, allowed: tilts up to 0.5"):
+        sampler.wall_tilt(2.0, 6.0, 10.0, [5.0, 200.0])
+    assert sampler.wall_tilt(2.0, 6.0, 10.0, 5.0) == pytest.approx(math.atan(0.4))
     rsm = 2.0 / math.tan(MAX_ROUGHNESS)
     assert sampler.wall_tilt(1.0, 1.0, rsm * (1.0 + 1e-12), 1.0) <= MAX_ROUGHNESS
 
@@ -104,6 +105,7 @@ def test_only_the_tilts_of_the_particles_at_hand_count():
     ("field", "lengths"),
     [
         ("ra", (-1.0, 1.0, 1.0, 1.0)),
+        ("rq", ([0.1, 25e-6], [0.1, 1e-6], 1.0, 1.0)),  # no profile has Rq below Ra
         *(("rq", (0.1, rq, 1.0, 1.0)) for rq in (np.nan, "rough")),
         *(("rsm", (0.1, 0.1, rsm, 1.0)) for rsm in (0.0, np.inf)),
         *(("diameter", (0.1, 0.1, 1.0, diameter)) for diameter in (0.0, [1.0, -2.0])),

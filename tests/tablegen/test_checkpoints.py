@@ -53,6 +53,25 @@ class TestStore:
         store.remove()
         assert list(output.parent.iterdir()) == []
 
+    @pytest.mark.parametrize("ways", [{}, {"resume": True}, {"discard": True}])
+    def test_a_second_run_is_refused_while_the_first_is_alive(self, store, output, ways):
+        pytest.importorskip("fcntl")
+        store.save(KEY, ARRAYS)
+        with pytest.raises(InputError, match=r"another run is writing .*t\.h5"):
+            CheckpointStore(output, "fingerprint", **ways)
+        assert store.load(KEY) is not None
+
+    def test_an_output_that_appeared_during_the_run_is_not_replaced(self, store, output):
+        store.check_output_is_free()
+        output.write_bytes(b"another table")
+        with pytest.raises(InputError, match="was written by another program during this run"):
+            store.check_output_is_free()
+
+    def test_an_output_that_was_there_may_be_replaced(self, output):
+        output.write_bytes(b"to be replaced")
+        with CheckpointStore(output, "fingerprint") as store:
+            store.check_output_is_free()
+
     def test_leaves_nothing_without_checkpoints(self, output):
         with CheckpointStore(output, "fingerprint", resume=True) as store:
             assert not store.resumed

@@ -166,7 +166,8 @@ RBT_API RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double di
 {
     if (!(rbti_finite(ra) && rbti_finite(rq) && rbti_finite(rsm) && rbti_finite(diameter)))
         return RBT_ERR_NOT_FINITE;
-    if (ra < 0.0 || rq < 0.0 || rsm <= 0.0 || diameter <= 0.0)
+    /* A root mean square is not below the mean of the same heights, rounding of digits apart. */
+    if (ra < 0.0 || rq < 0.99 * ra || rsm <= 0.0 || diameter <= 0.0)
         return RBT_ERR_ROUGHNESS_NOT_USABLE;
     const double flank = atan(2.0 * ra / rsm), seen = diameter * sin(flank) < rsm
                                                            ? flank

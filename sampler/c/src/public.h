@@ -139,7 +139,7 @@ enum { RBTI_OF_V, RBTI_OF_U_HAT, RBTI_OF_OMEGA_Z, RBTI_OF_W_HAT, RBTI_OF_OMEGA_X
 
 /* Half-sizes of particles, m: the smallest and the largest. Others are mistaken units. */
 #define RBT_LEAST_HALF_SIZE 1e-9
-#define RBT_MOST_HALF_SIZE 0.1
+#define RBT_MOST_HALF_SIZE 100.0
 
 /* A result that must not be ignored, where compilers can say so. */
 #if defined(__GNUC__)
@@ -244,7 +244,7 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n,
 typedef struct rbt_impacts {
     const double *velocity;      /* 3 n: of the particles at the contact, m/s; required */
     const double *normal;        /* 3 n: from the wall into the gas, any length but zero; required */
-    const double *half_size;     /* largest half-sizes a, 1e-9 to 0.1 m; required */
+    const double *half_size;     /* largest half-sizes a, 1e-9 to 100 m; required */
     const double *wall_velocity; /* 3 n: of the wall at the contact, m/s; NULL: walls at rest */
     const double *omega;         /* 3 n: mean angular velocities before the impact, rad/s; NULL: zeros */
     const double *inertia;       /* inertias k about omega; NULL or 0: not known */
@@ -303,8 +303,9 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_grains(const rbt_table *table, size_t n,
    beside the elements meets their flanks. Source: Sommerfeld & Huber, Int. J. Multiphase Flow 25
    (1999) 1457-1489, as codes take it.
 
-   RBT_OK, RBT_ERR_NOT_FINITE, or RBT_ERR_ROUGHNESS_NOT_USABLE: ra or rq negative, rsm or diameter not
-   positive, or a tilt beyond 0.5 rad. rq below ra, which no profile has, is not refused. */
+   RBT_OK, RBT_ERR_NOT_FINITE, or RBT_ERR_ROUGHNESS_NOT_USABLE: ra negative, rq below ra (which no
+   profile has; by 1 % for the rounding of published digits), rsm or diameter not positive, or a tilt
+   beyond 0.5 rad. */
 RBT_API RBT_MUST_USE RBT_DEVICE int rbt_wall_tilt(double ra, double rq, double rsm, double diameter,
                                                   double *tilt);
 

@@ -47,6 +47,18 @@ def test_says_that_the_law_is_extrapolated_and_the_angle_doubtful(run, tmp_path)
     assert "90 - angle" in ended.err
 
 
+@pytest.mark.filterwarnings("error")
+def test_angles_alone_rank_nothing(run, tmp_path):
+    angles = tmp_path / "angles.csv"
+    angles.write_text("alpha_deg,speed,rebound_angle_deg,source\n20,100,15,s\n70,100,30,s\n")
+    pairs = ("corundum-steel", "grant-tabakoff-1975")
+    ended = run("compare", *pairs, "--measured", angles, "--count", 5, "--quiet")
+    assert ended.status == DONE
+    assert "not ranked, because neither e_n nor e_t was measured" in ended.out
+    assert "nearest" not in ended.out
+    assert "Warning" not in ended.err
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -168,3 +168,15 @@ def test_every_shipped_file_says_where_it_is_from():
         found = read_measurements(name)
         assert all(found.source)
         assert {"title", "particle", "wall"} <= set(found.about)
+
+
+def test_what_excel_writes_is_read():
+    """Trailing commas on every line, empty rows of commas, quoted comments, ends of Windows."""
+    text = (
+        '"# title: sand, on steel",,,,,\n,,,,,\nalpha_deg,e_n,source,,,\n'
+        '30,0.5,"a, b",,,\n45,0.4,c,,,\n,,,,,\n'
+    )
+    found = read(text)
+    assert found.about["title"] == "sand, on steel"
+    assert found.alpha_deg.tolist() == [30.0, 45.0]
+    assert found.source == ("a, b", "c")
