@@ -4,8 +4,8 @@
 
 An ellipsoid with b/a = 0.95 and c/b = 0.6 meets a wall at 8 degrees and 50 m/s, with the spin of a
 grain that rolls, -1 V/a about z. The inertia k about its spin says which of its axes it turns
-about. The figure has three orientations of the grain about the same spin, and by k the translational
-energy that a hit keeps: of draws from a table, and of direct simulation.
+about. The figure has three orientations of the grain about the same spin, and by k the energy of
+translation that a hit keeps: of draws from a table, and of direct simulation.
 """
 
 import argparse

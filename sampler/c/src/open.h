@@ -119,8 +119,9 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_NORMAL_NOT_USABLE, "normal: allowed: any length but zero"},
         {RBT_ERR_HALF_SIZE, "half_size: allowed: 1e-09 to 100 m"},
         {RBT_ERR_ROUGHNESS_NOT_USABLE,
-         "roughness: allowed: 0 to 0.5 rad; of a profile: ra 0 or"
-         " more, rq not below ra, rsm and diameter above 0, and a tilt within that"},
+         "roughness: allowed: 0 to 0.5 rad; of a profile: ra 0 or more, "
+         "rq not below ra, rsm and diameter above 0, and a tilt within "
+         "that"},
         {RBT_ERR_CASCADE_NOT_ENDED, "roughness: bounces without end"},
         {RBT_ERR_NO_SPIN_LAW, "spin, grain, rebound: the table has no spin law, allowed: "
          "fresh grains without spin"},
