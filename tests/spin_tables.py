@@ -109,14 +109,6 @@ def with_spin_law(contents, seed=1, **size):
     return replace(contents, datasets=datasets, **law)
 
 
-def less_spheres(contents):
-    """Table whose outcomes are less those of spheres: with constant laws, in place of its own."""
-    quantiles = contents["spin/quantiles"].copy()
-    quantiles[:, 1] -= 0.3
-    changed = {"spin/laws": np.array([1e-6, 2.0, 0.6, 0.0, 1.0, 0.0, 0.3, 0.0])}
-    return replace(contents, datasets=contents.datasets | changed | {"spin/quantiles": quantiles})
-
-
 def moments(contents, grains):
     """Smallest and largest moment of inertia of grains (n, 3) over m a^2."""
     codes, beta, gamma = np.transpose(grains)

@@ -166,7 +166,7 @@ COUNTS = {
     "n_leaves": "leaves of their trees",
     "n_spin_knots": "knots of a quantile function of the spin law",
     "n_outcomes": "outcomes of the spin law: 7, or 8 with works; expert_stride is 256 or 288",
-    "n_laws": "numbers of the laws of contact; 0: outcomes are whole",
+    "n_laws": "numbers of the laws of contact of spheres; 0: none",
     "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
     f"{SPHERES}: a table of spheres",
 }

@@ -156,11 +156,8 @@ LEAST_INERTIA, INERTIA_COEFFICIENT = (0.0, INERTIA), (1e-9, 1.0)
 #: Sizes of the spin a |Omega| / V that a law can cover.
 SPIN_SIZE = (0.0, 1e6)
 
-#: Of outcomes less those of spheres: least 1 - c/a, over which they are, and most by which the
-#: logarithm of p_v can differ, so that v stays positive.
-LEAST_FLATNESS, MOST_POWER = 0.002, 20.0
-#: Least energy, over that before, of which their p and o are made: a sphere that keeps all its
-#: energy leaves none.
+#: Least energy, over that before, of which outcomes p and o are made: a sphere that keeps all
+#: its energy leaves none.
 LEAST_REST = 1e-6
 
 #: Largest of the least rebound velocities over V in laws of contact: the sine of the impact angle

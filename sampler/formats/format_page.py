@@ -17,7 +17,6 @@ from sampler.formats.layout import (
     ATTRIBUTES,
     DATASETS,
     FILE_ATTRIBUTES,
-    LAW_DATASETS,
     SPHERE_DATASETS,
     SPIN_DATASETS,
     Dataset,
@@ -78,7 +77,7 @@ def filled_page(page: str) -> str:
     parts = {
         "attributes": attributes_text,
         "datasets": lambda: _list_of(DATASETS),
-        "spin": lambda: _list_of(SPIN_DATASETS + LAW_DATASETS + SPHERE_DATASETS),
+        "spin": lambda: _list_of(SPIN_DATASETS + SPHERE_DATASETS),
         "quantiles": quantiles_text,
         "binary": layout_text,
     }

@@ -112,9 +112,6 @@ def spin_constants() -> str:
                 "INERTIA_ROUNDING": repr(bounds.INERTIA_ROUNDING),
                 "FOLD": repr(bounds.FOLD),
                 "LEAST_RATIO": repr(bounds.LEAST_RATIO),
-                "LEAST_FLATNESS": repr(bounds.LEAST_FLATNESS),
-                "LEAST_REST": repr(bounds.LEAST_REST),
-                "MOST_POWER": repr(bounds.MOST_POWER),
                 "SCORE_MAX": f"{bounds.SCORE_MAX!r}f",
                 "PER_SQUARE": f"{np.float32(1.0 / bounds.SCORE_MAX**2):.9g}f",
             }.items()
@@ -142,7 +139,7 @@ _DIMENSIONS = {
     "n_marginals",
     "grains": "n_shapes",
     "law": "n_nodes n_leaves n_spin_knots n_outcomes",
-    "laws": "n_laws",
+    "spheres": "n_laws",
 }
 
 

@@ -32,7 +32,6 @@ from sampler.formats.layout import (
     FORMAT,
     FORMAT_VERSION,
     GROUP,
-    LAW_DATASETS,
     OPTIONAL_ATTRIBUTE,
     SPHERE_DATASETS,
     Dataset,
@@ -212,11 +211,6 @@ class TableContents:
     def of_spheres(self) -> bool:
         """Whether the table holds the laws of contact of spheres in place of nodes."""
         return SPHERE_DATASETS[0].path in self.datasets
-
-    @property
-    def less_spheres(self) -> bool:
-        """Whether the outcomes of the spin law are less those of spheres."""
-        return LAW_DATASETS[0].path in self.datasets
 
     @property
     def marginals(self) -> tuple[str, ...]:

@@ -153,7 +153,7 @@ def _header(contents: TableContents) -> Any:
     header["channels"] = _padded([] if spheres else [CHANNELS.index(name) for name in channels])
     numbers = [held.index(name) if name in held else -1 for name in channels]
     header["marginals"] = _padded([] if spheres else numbers)
-    fields = {"n_laws": laws.size} if (laws := _laws(contents)) is not None else {}
+    fields = {"n_laws": contents["sphere/laws"].size} if spheres else {}
     for axis in ("alpha", "speed"):
         fields |= axis_fields(contents, axis)
     fields |= _spin_fields(contents) if contents.has_spin else {}
@@ -165,11 +165,6 @@ def _header(contents: TableContents) -> Any:
 
 def _padded(numbers: list[int]) -> list[int]:
     return [*numbers, *[-1] * (MOST_NAMES - len(numbers))]
-
-
-def _laws(contents: TableContents) -> NDArray[np.float64] | None:
-    """Give the laws of contact, if there are any."""
-    return contents.datasets.get("sphere/laws", contents.datasets.get("spin/laws"))
 
 
 def _node_fields(contents: TableContents) -> dict[str, Any]:
@@ -212,9 +207,7 @@ def _arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
     if contents.has_spin:
         stored |= _grain_arrays(contents)
         stored |= {} if contents.of_spheres else _spin_arrays(contents)
-    if (laws := _laws(contents)) is not None:
-        stored["laws"] = laws
-    return stored
+    return stored | ({"laws": contents["sphere/laws"]} if contents.of_spheres else {})
 
 
 def _node_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:

@@ -247,13 +247,6 @@ SPHERE_DATASETS = (
         (checks.contact_laws,)),
 )  # fmt: skip
 
-#: Of a spin law whose outcomes are less those of spheres.
-LAW_DATASETS = (
-    Dataset("spin/laws", "<f8", ("n_laws",), "1",
-        "laws of contact, as sphere/laws; outcomes are less those of spheres",
-        (checks.contact_laws,)),
-)  # fmt: skip
-
 #: What a table of spheres shares with others.
 _SHARED = (
     "axes/alpha_deg axes/speed spin/shape_codes spin/shape_weights spin/ratio_range spin/aspect"
@@ -268,8 +261,7 @@ def layout_of(paths: Iterable[str]) -> tuple[Dataset, ...]:
         shared = (d for d in every if d.path in _SHARED.split() or d.path.startswith("accuracy/"))
         return (*shared, *SPHERE_DATASETS)
     held = any(path.startswith((GROUP, ACCURACY)) for path in given)
-    laws = LAW_DATASETS[0].path in given
-    return DATASETS + SPIN_DATASETS * held + LAW_DATASETS * laws
+    return DATASETS + SPIN_DATASETS * held
 
 
 class Attribute(NamedTuple):

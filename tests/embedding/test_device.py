@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 import toolchain
 from refusals import refused
-from spin_tables import less_spheres
 
 import sampler
 from sampler.device.program import options, source
@@ -83,8 +82,8 @@ def test_draws_with_spin_have_the_bits_of_the_table(cupy, grain):
     given = CONDITIONS | {"spin": RNG.standard_normal((N, 3))}
     found = table.to_device().sample(**there(cupy, given), grain=grain)
     same(cupy, found, table.sample(**given, grain=grain))
-    less = sampler.Table(less_spheres(table.contents))
-    same(cupy, less.to_device().sample(**there(cupy, given)), less.sample(**given), 1e-5)
+    spheres = sampler.load("kharaz-2001")
+    same(cupy, spheres.to_device().sample(**there(cupy, given)), spheres.sample(**given), 1e-5)
 
 
 @pytest.mark.parametrize(

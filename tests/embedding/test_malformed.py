@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import toolchain
 from known_vectors import VECTORS
-from spin_tables import less_spheres, with_spin_law
+from spin_tables import with_spin_law
 from synthetic_table import make_contents
 
 from sampler.errors import CODES
@@ -20,7 +20,6 @@ from sampler.formats.image import checksum, header_of, table_image
 GOOD = {
     "nodes": table_image(make_contents()),
     "spin": table_image(with_spin_law(make_contents(), codes=(1, 6))),
-    "less spheres": table_image(less_spheres(with_spin_law(make_contents(), codes=(0,)))),
     "spheres": table_image(read_table(find_table("kharaz-2001"))),
 }
 STORED = {array.name: array for array in ARRAYS}
@@ -88,7 +87,7 @@ MALFORMED = {
         *(field(f"n_{name}", n) for name in ("shapes", "nodes", "spin_knots") for n in (0, MANY)),
         *(field("n_outcomes", n) for n in (0, 6, 9)),
         *(field("n_leaves", n) for n in (0, MANY)),
-        field("n_laws", 7),
+        field("n_laws", 64),
     ],
     ("spin", -30): [field("n_nodes", 2**20), field("n_outcomes", 8)],
     ("spin", -31): [
@@ -96,18 +95,17 @@ MALFORMED = {
         *(number("node_axis", 7, n) for n in (-1, 9)),
         *(number("node_child", at, n) for at, n in ((2, 1), (3, 0), (15, 8), (0, -11), (14, -11))),
     ],
-    ("less spheres", -28): [field("n_laws", 7), field("n_laws", 2**21)],
-    ("less spheres", -30): [field("n_laws", 2**20)],
-    ("less spheres", -31): [number("laws", 7, 1.0), number("laws", 1, 4), number("laws", 4, 2)],
     ("spheres", -28): [
         field("n_shapes", 0),
-        field("n_laws", 0),
+        *(field("n_laws", n) for n in (0, 7, 2**21)),
         *(field(name, 2) for name in ("n_alpha", "n_alpha_grid", "n_leaves", "n_nodes")),
         field("flags", 1),
     ],
     ("spheres", -29): [field("columns", [-1] * 8), field("channels", [0, *[-1] * 7])],
+    ("spheres", -30): [field("n_laws", 2**20)],
     ("spheres", -31): [
-        *(number("laws", at, x) for at, x in ((1, 5.0), (4, -1.0), (7, 90.0), (7, np.nan))),
+        *(number("laws", at, x) for at, x in ((1, 4.0), (1, 5.0), (4, -1.0))),
+        *(number("laws", 7, x) for x in (1.0, 90.0, np.nan)),
         *(number("laws", 8, n) for n in (0.0, 4.0, 2.5, np.inf)),
     ],
 }

@@ -173,34 +173,6 @@ def _chosen(logits, word):
     return int(np.sum(share >= sums[:-1]))
 
 
-def _of_a_sphere(laws, alpha1, spin):
-    """State of a sphere, with constant laws of restitution and of resistance."""
-    least, kind, e, _, resistance, _, factor, length = laws
-    assert (kind, resistance, length) == (2, 1, 0)
-    u, v = math.cos(alpha1), math.sin(alpha1)
-    slip = np.array([u + spin[2], spin[0]])
-    away = max(e * v, least * min(v / 0.0087, 1.0))
-    c = factor / math.hypot(v, *slip) * (away + v)
-    pull = c / (1.0 + 0.5 * 3.5 * c)
-    turned = np.array([-pull * slip[1], 0.0, -pull * slip[0]]) / 0.4
-    return np.array([u - pull * slip[0], away, pull * slip[1], *(np.array(spin) + turned)])
-
-
-def _with_sphere(x, contents, alpha1, spin, grain):
-    """Outcomes x plus those of the sphere with the grain's mean moment of inertia."""
-    b, c = grain[1], grain[1] * grain[2]
-    radius, flat = math.sqrt((1.0 + b**2 + c**2) / 3.0), max(1.0 - c, 0.002)
-    state = _of_a_sphere(contents["spin/laws"], alpha1, radius * np.array(spin))
-    before = 1.0 + 0.4 * radius**2 * (spin @ spin)
-    velocity, turning = state[:3], math.sqrt(0.4) * state[3:]
-    left = before - velocity @ velocity
-    p = velocity / math.sqrt(max(left, 1e-6 * before))
-    o = turning / math.sqrt(max(left - turning @ turning, 1e-6 * before))
-    raised = p[1] * math.exp(min(max(flat * x[1], -20.0), 20.0))
-    whole = np.concatenate([p, o]) + flat * x[:6]
-    return np.array([whole[0], raised, *whole[2:], *x[6:]])
-
-
 def reference_before(contents, speed, spin, inertia, grain, words):
     """Spin, inertia, kappa, energy over m V^2 / 2 and effective speed of what arrives."""
     square, most_spin = sum(x * x for x in spin), contents["spin/spin_range"][1]
@@ -265,8 +237,6 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     knots = np.linspace(-6.0, 6.0, quantiles.shape[1])
     bounded = z / np.sqrt(1.0 + z * z / 36.0)
     x = np.array([np.interp(bounded[j], knots, quantiles[j]) for j in range(n)])
-    if "spin/laws" in contents.datasets:
-        x = _with_sphere(x, contents, q[0] ** 2, spin, grain)
     # 7. state
     after = reference_inertia(min(max(x[6], 0.0), 1.0), *reference_moments(contents, grain))
     left = energy / (1.0 + x[:3] @ x[:3])

@@ -32,17 +32,17 @@ static int rbti_check_sum(const char *image, size_t size, const rbti_header *hea
     return memcmp(digest, header->sha256, 32) == 0 ? RBT_OK : RBT_ERR_CHECKSUM;
 }
 
-/* A table has nodes, and may have a spin law, whose outcomes may be less those of spheres; or it is one
-   of spheres. What it lacks has no dimensions. */
+/* A table has nodes, and may have a spin law; or it is one of spheres, with laws of contact. What it
+   lacks has no dimensions. */
 static int rbti_check_dimensions(const rbti_header *h)
 {
     const int nodes = (h->flags & RBTI_SPHERES) == 0, law = h->n_leaves > 0;
-    const int grains = law || !nodes, laws = h->n_laws > 0 || !nodes;
+    const int spheres = !nodes, grains = law || spheres;
 #define RBTI_DO(there, name, least, most)                                                          \
     RBTI_REQUIRE(there ? h->name >= least && h->name <= most : h->name == 0, RBT_ERR_DIMENSIONS);
     RBTI_DIMENSIONS(RBTI_DO)
 #undef RBTI_DO
-    RBTI_REQUIRE((nodes || !law) && (grains || !laws), RBT_ERR_DIMENSIONS);
+    RBTI_REQUIRE(nodes || !law, RBT_ERR_DIMENSIONS);
     const uint32_t needed = 1 + h->n_channels + h->n_channels * (h->n_channels + 1) / 2;
     uint32_t stride = 1;
     while (stride < needed)

@@ -182,10 +182,6 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
         inputs[RBTI_IN_SIGMA_Y * m + r] = sigma_y;
         inputs[RBTI_IN_SIGMA_Z * m + r] = sigma_z;
         inputs[RBTI_IN_SQUARE * m + r] = rbti_square(sigma_x, sigma_y, sigma_z);
-        d->speed[r] = effective[r] / root;
-        d->spin[r] = sign * (shorter * x);
-        d->spin[m + r] = sign * (shorter * y);
-        d->spin[2 * m + r] = shorter * z;
         d->energy[r] = energy;
         d->sign[r] = sign;
     }

@@ -52,7 +52,7 @@ typedef struct rbti_header {
     DO(law, n_leaves, 1, 1048576)                                                                  \
     DO(law, n_spin_knots, 2, 4096)                                                                 \
     DO(law, n_outcomes, 7, 8)                                                                      \
-    DO(laws, n_laws, 8, 1048576)                                                                   \
+    DO(spheres, n_laws, 8, 1048576)                                                                \
     DO(1, n_columns, 1, 8)
 /* DO(array, member of rbt_table, type, count that is 0 without it, rows, numbers of a
    row, extra numbers) */

@@ -48,39 +48,6 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
     }
 }
 
-/* Outcomes of a table with laws of contact are less those of the sphere with the mean moment of inertia
-   of the grain, in the condition of the draw, over 1 - c/a: add these. */
-RBTI_NOT_INLINED RBT_DEVICE void rbti_add_spheres(size_t m, const rbt_table *table,
-                                                  rbti_spin_draws *d)
-{
-    RBTI_EACH_DRAW(r) {
-        const double b_a = d->inputs[RBTI_IN_B_A * m + r];
-        const double c_a = b_a * d->inputs[RBTI_IN_C_B * m + r];
-        const double flat = rbti_bounded(1.0 - c_a, RBTI_LEAST_FLATNESS, 1.0);
-        const double radius = sqrt((1.0 + b_a * b_a + c_a * c_a) / 3.0); /* over that of the grain */
-        const double root = d->inputs[RBTI_IN_ROOT_ANGLE * m + r], j = RBTI_SPHERE_INERTIA;
-        double spin[3], of[RBT_VALUES];
-        for (size_t k = 0; k < 3; k++)
-            spin[k] = radius * d->spin[k * m + r];
-        rbti_sphere(table, root * root, d->speed[r], spin, of);
-        const double energy = 1.0 + j * rbti_square(spin[0], spin[1], spin[2]);
-        const double least = RBTI_LEAST_REST * energy;
-        const double left = energy - rbti_square(of[RBT_U], of[RBT_V], of[RBT_W]);
-        const double loss = left - j * rbti_square(of[RBT_OMEGA_X], of[RBT_OMEGA_Y],
-                                                   of[RBT_OMEGA_Z]);
-        const double per_speed = 1.0 / sqrt(left > least ? left : least);
-        const double per_spin = sqrt(j / (loss > least ? loss : least));
-        for (size_t k = RBTI_OUT_P_U; k <= RBTI_OUT_O_Z; k++) {
-            float *outcome = d->outcomes + k * m + r;
-            const double own = of[k] * (k <= RBTI_OUT_P_W ? per_speed : per_spin);
-            const double scatter = flat * (double)*outcome;
-            *outcome = (float)(k == RBTI_OUT_P_V ? own * exp(rbti_bounded(scatter, -RBTI_MOST_POWER,
-                                                                          RBTI_MOST_POWER))
-                                                 : own + scatter);
-        }
-    }
-}
-
 /* Rows of what step 7 makes: the first six variables, then these. */
 enum { RBTI_INERTIA_AFTER = 6, RBTI_NORMAL, RBTI_SHEAR, RBTI_STATE_ROWS };
 

@@ -19,7 +19,7 @@
 
    The file is what `sampler export T.h5 --output T.rbt` writes. Equal arguments give the states
    that the Python package gives, with the same bits whatever the compiler flags and the processor,
-   and rebounds, spheres and round grains to the last digits of the C library's functions; but with
+   and rebounds and spheres to the last digits of the C library's functions; but with
    -ffast-math, clang's -ffp-contract=fast, and on CUDA devices without -fmad=false, the same to
    rounding in single precision.
 

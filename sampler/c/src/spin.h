@@ -16,7 +16,6 @@
      5                    rbti_fill_scores     scores z = mean + L n
      6      outcomes.h    rbti_find_knots      scores become fractions between knots, entries
                           rbti_fill_outcomes   outcomes, by the leaf's quantiles
-                          rbti_add_spheres     outcomes of round grains: those of a sphere are added
      7                    rbti_to_spin_states  states and inertias, whose energies add up
      all    spin_draw.h   rbti_spin_steps
 
@@ -28,8 +27,8 @@
 
 /* Rows of inputs are RBTI_IN_..., those of outcomes and scores RBTI_OUT_... (prelude.h). */
 typedef struct rbti_spin_draws {
-    /* conditions: rad, m/s, a Omega / V, and over m a^2; 0 is not known. Step 1 turns speed into that
-       of the nearest V_e, spin into the nearest one of the mirror image, inertia into that drawn at */
+    /* conditions: rad, m/s, a Omega / V, and over m a^2; 0 is not known. Step 1 turns inertia into
+       that drawn at */
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], inertia[RBTI_BLOCK];
     double inputs[RBTI_IN_ROWS * RBTI_BLOCK];
     double energy[RBTI_BLOCK]; /* E, before, over m V^2 / 2 */

@@ -31,8 +31,6 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
         rbti_fill_scores(m, RBTI_MOST_OUTCOMES, law, d);
     rbti_find_knots(m, (int32_t)outcomes, law, d);
     rbti_fill_outcomes(m, (int32_t)outcomes, law, d);
-    if (table->n_laws > 0)
-        rbti_add_spheres(m, table, d);
     rbti_to_spin_states(m, count, outcomes, variables, table, d, states, after);
 }
 
