@@ -257,7 +257,9 @@ def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike)
     below = np.atleast_1d(given["rq"] < 0.99 * given["ra"])
     if below.any():
         row = int(below.argmax())
-        ra_of, rq_of = (np.broadcast_to(given[name], below.shape).flat[row] for name in ("ra", "rq"))
+        ra_of, rq_of = (
+            np.broadcast_to(given[name], below.shape).flat[row] for name in ("ra", "rq")
+        )
         refuse("rq", f"{rq_of:.9g}, below ra = {ra_of:.9g}", "ra or more, as in every profile")
     tilts = _by_rows("rbt_wall_tilt_rows", **given)
     refused = np.isnan(tilts)

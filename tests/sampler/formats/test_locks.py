@@ -39,7 +39,12 @@ sys.stdin.read()
 COMMANDS = (
     ("tablegen", "inspect", "t.h5"),
     ("tablegen", "inspect", "t.h5", "--config"),
-    ("sampler", "draw", "t.h5", *"--alpha 30 --speed 4 --count 2 --seed 1 --output d.npz".split()),
+    (
+        "sampler",
+        "draw",
+        "t.h5",
+        *["--alpha", "30", "--speed", "4", "--count", "2", "--seed", "1", "--output", "d.npz"],
+    ),
     ("sampler", "export", "t.h5", "--output", "t.rbt"),
 )
 
