@@ -3,7 +3,7 @@
 import math
 
 from tablegen.config.config import Config
-from tablegen.config.pairs import CoulombResistance
+from tablegen.config.pairs import CoulombResistance, OrientationResistance
 from tablegen.model.contact_laws import resistance, restitution
 from tablegen.presentation import TextTable
 
@@ -25,7 +25,13 @@ def law_text(config: Config) -> str:
         sine = math.sin(math.radians(angle))
         cells = [f"{angle:g}", *(f"{restitution(law, speed, sine):.4f}" for speed in speeds)]
         if not friction:
-            cells.append(f"{resistance(law, sine, 1.0, 1.0, sine):.4f}")
+            oriented = isinstance(pair.resistance, OrientationResistance)
+            value = (
+                law.factor * math.exp(-law.strength * sine)  # its kernel runs compiled only
+                if oriented
+                else resistance(law, sine, 1.0, 1.0, sine)
+            )
+            cells.append(f"{value:.4f}")
         rows.append(cells)
     if not friction:
         head.append("C_f")

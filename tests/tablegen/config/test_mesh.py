@@ -177,7 +177,5 @@ def test_an_stl_far_from_the_origin_has_lost_its_form(tmp_path):
     near.apply_translation([50.0, 45.0, 0.0])
     far.apply_translation([5e5, 4.5e6, 0.0])
     read_mesh(written(tmp_path, "near.stl", near))
-    with pytest.raises(
-        sampler.InputError, match="far from the origin: a size of 2 in steps of 0.5"
-    ):
+    with pytest.raises(sampler.InputError, match=r"a size of 2 in steps of 0\.5"):
         read_mesh(written(tmp_path, "far.stl", far))
