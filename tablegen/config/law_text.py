@@ -27,7 +27,7 @@ def law_text(config: Config) -> str:
         if not friction:
             oriented = isinstance(pair.resistance, OrientationResistance)
             value = (
-                law.factor * math.exp(-law.strength * sine)  # its kernel runs compiled only
+                law.factor * math.exp(law.strength * sine)  # its kernel runs compiled only
                 if oriented
                 else resistance(law, sine, 1.0, 1.0, sine)
             )

@@ -85,4 +85,5 @@ def test_shows_the_laws_of_a_pair(run, refused, tmp_path):
         sine = math.sin(math.radians(angle))
         expected = [exponential_restitution(0.1, 0.61, v, sine) for v in (slow, fast)]
         assert [row[1], row[3]] == [f"{x:.4f}" for x in expected]
+        assert row[4] == f"{math.exp(sine):.4f}"  # equation 7, whose strength and factor are 1
     assert "got it with a configuration" in refused("inspect", pair, "--json")
