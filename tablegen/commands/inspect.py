@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     epilog=options.examples(
         "tablegen inspect corundum-steel",
         "tablegen inspect my-pair.h5 --json",
+        "tablegen inspect my-pair.toml",
         "tablegen inspect my-pair.h5 --config > my-pair.toml",
     ),
 )
@@ -35,12 +36,25 @@ if TYPE_CHECKING:
 @options.as_json
 @click.option("--config", is_flag=True, help="Print the configuration it was generated from.")
 def inspect(table: str, as_json: bool, config: bool) -> int:
-    """Describe a table: provenance, range, nodes, size, measured accuracy."""
+    """Describe a table: provenance, range, nodes, size, measured accuracy.
+
+    Of a pair or scene (the path of a .toml file) it prints restitution and resistance at a few
+    angles and speeds: a law in the wrong unit shows at once.
+    """
     from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
 
     if as_json and config:
         raise click.UsageError("--json: got it with --config, allowed: one of them")
+    if str(table).endswith(".toml"):
+        if as_json or config:
+            option = "--json" if as_json else "--config"
+            raise click.UsageError(f"{option}: got it with a configuration, allowed: a table")
+        from tablegen.config.config import load_config
+        from tablegen.config.law_text import law_text
+
+        click.echo(law_text(load_config(table)))
+        return DONE
     contents = read_table(find_table(table))
     if as_json:
         click.echo(json_text(identity(contents)).rstrip())

@@ -85,7 +85,7 @@ def validate(
     at = _conditions(alpha, speed)
     contents = read_table(find_table(table))
     if contents.of_spheres:
-        if at or store or json_file or html_file or details:
+        if settings.get("accuracy") or at or store or json_file or html_file or details:
             raise InputError("options: got more, allowed: --seed, for a table of spheres is exact")
         return print_spheres(contents, settings["seed"])
     if store:

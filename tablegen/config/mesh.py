@@ -30,6 +30,9 @@ SUFFIXES = (".stl", ".obj", ".ply")
 #: Most vertices of a hull; a configuration carries them all.
 MOST_VERTICES = 10_000
 
+#: Least size of an STL body over the steps of single precision in which its corners are rounded.
+_LEAST_STEPS = 1e4
+
 #: Least volume of a mesh over that of its convex hull that still counts as convex.
 CONVEX = 0.999
 
@@ -99,6 +102,8 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
         raise _refused(path, "which has no faces", "a surface")
     if problem := _size_problem(points):
         raise _refused(path, f"with {problem}", _SIZES)
+    if path.suffix.lower() == ".stl" and (problem := _lost_digits(points)):
+        raise _refused(path, problem, "a mesh near the origin: move it before it is written as STL")
     try:
         corners = points[true_vertices(points)]
     except FlatError as error:
@@ -112,6 +117,16 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     vertices: Vertices = tuple(map(tuple, corners.tolist()))
     solidity = None if volume is None else volume / mass_of(hull).volume
     return MeshFile(path.name, vertices, solidity)
+
+
+def _lost_digits(points: FloatArray) -> str | None:
+    """Say that a body is so far from the origin that single precision has changed its form."""
+    step = float(np.spacing(np.float32(np.abs(points).max())))
+    size = float(np.ptp(points, axis=0).max())
+    single = np.array_equal(points, points.astype(np.float32))
+    if not single or size >= _LEAST_STEPS * step:
+        return None
+    return f"far from the origin: a size of {size:.3g} in steps of {step:.3g}, which STL rounds to"
 
 
 def mesh_particle(vertices: ArrayLike) -> MeshParticle:

@@ -148,7 +148,7 @@ def test_rebounds_are_those_one_by_one(library, law, wall, rough, flat, n):
         ("own", "spin", np.inf, -2), ("own", "spin", 1e200, -2), ("own", "speed", 0.0, -4),
         ("given", "grain", 99.0, -11), ("nodes", "velocity", np.nan, -2),
         ("nodes", "wall_velocity", None, -3), ("nodes", "normal", 0.0, -5),
-        ("own", "half_size", 9e-10, -6), ("own", "half_size", 0.11, -6),
+        ("own", "half_size", 9e-10, -6), ("own", "half_size", 101.0, -6),
         ("own", "roughness", np.nan, -7), ("own", "roughness", -1e-300, -7),
         ("nodes", "roughness", 0.5000001, -7), ("own", "omega", np.inf, -2),
         ("unspun", "grain", 0.3, -11),

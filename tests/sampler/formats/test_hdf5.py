@@ -255,7 +255,7 @@ def test_foreign_files(tmp_path):
         read_table(VECTORS / "full.rbt")
     text = tmp_path / "text.h5"
     text.write_text("not a table\n")
-    with pytest.raises(TableError, match=r"is no HDF5 file|is empty|is a damaged HDF5 file"):
+    with pytest.raises(TableError, match="is no HDF5 file"):
         read_table(text)
     with h5py.File(tmp_path / "other.h5", "w") as other:
         other["temperature"] = np.arange(5)

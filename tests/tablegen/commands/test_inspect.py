@@ -1,6 +1,7 @@
 """``tablegen inspect``: what a table is, for people and for programs."""
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -12,9 +13,12 @@ from corrupt_tables import declaring, forged
 from tiny_tables import TINY
 
 import sampler
+from sampler.files import find_config
 from sampler.formats.hdf5 import write_table
 from tablegen.commands.inspect import identity, identity_text
+from tablegen.config.config import load_config
 from tablegen.config.metric_table import PRESETS
+from tablegen.model.contact_laws import exponential_restitution
 
 
 def test_describes_the_table(run, tiny):
@@ -71,3 +75,17 @@ def test_script(tiny, tmp_path):
     assert script, "the package is not installed in this environment"
     words = [script, "inspect", str(tiny.path)]
     assert "corundum-steel" in subprocess.check_output(words, cwd=tmp_path, text=True)
+
+
+def test_shows_the_laws_of_a_pair(run, refused, tmp_path):
+    """A law in the wrong unit is seen at once, because the numbers that it gives are printed."""
+    pair = shutil.copy(find_config("corundum-steel"), tmp_path / "pair.toml")
+    ended, (slow, fast) = run("inspect", pair), load_config(pair).domain.speed
+    assert ended.status == DONE
+    for angle in (10, 45, 90):
+        row = next(line.split() for line in ended.out.splitlines() if line.startswith(f"{angle} "))
+        sine = math.sin(math.radians(angle))
+        expected = [exponential_restitution(0.1, 0.61, v, sine) for v in (slow, fast)]
+        assert [row[1], row[3]] == [f"{x:.4f}" for x in expected]
+        assert row[4] == f"{math.exp(sine):.4f}"  # equation 7, whose strength and factor are 1
+    assert "got it with a configuration" in refused("inspect", pair, "--json")

@@ -10,6 +10,7 @@ import trimesh
 from mesh_fixtures import KNOWN, box, grain, known_body, posed, rebounds, surface, two_cubes
 from refusals import refused
 
+import sampler
 import tablegen
 from sampler.files import data_directory
 from tablegen.config.config import load_config, parse_config
@@ -168,3 +169,13 @@ class TestConfig:
         config = self.meshes_alone(sphere=1.0)
         assert config.population.kernel_arguments().shape_codes.tolist() == [4, FIRST_MESH]
         refused("my.toml: population.aspect", self.meshes_alone, prism=1.0)
+
+
+def test_an_stl_far_from_the_origin_has_lost_its_form(tmp_path):
+    """A block at survey coordinates: single precision rounds its corners to half a metre."""
+    near, far = surface(box(0.8, 0.6)), surface(box(0.8, 0.6))
+    near.apply_translation([50.0, 45.0, 0.0])
+    far.apply_translation([5e5, 4.5e6, 0.0])
+    read_mesh(written(tmp_path, "near.stl", near))
+    with pytest.raises(sampler.InputError, match=r"a size of 2 in steps of 0\.5"):
+        read_mesh(written(tmp_path, "far.stl", far))
