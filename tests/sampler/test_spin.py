@@ -390,7 +390,7 @@ class TestCodes:
         grain, codes = np.array([[1, 0.8, 0.8]] * 6), np.full((6, 2), 99, np.intc)[:, 0]
         grain[5, 1] = 0.4  # not simulated
         given = {"grain": grain, "seed": 1, "index": range(6), "codes": codes}
-        after = table.rebound(velocity, (0, 1, 0), [1e-5, 1e-5, 20.0, *[1e-5] * 3], **given)
+        after = table.rebound(velocity, (0, 1, 0), [1e-5, 1e-5, 200.0, *[1e-5] * 3], **given)
         expected = [0, errors.NOT_APPROACHING, errors.HALF_SIZE]
         expected += [errors.SPEED | errors.EXTRAPOLATED, errors.SPEED | errors.EXTRAPOLATED]
         assert codes.tolist() == [*expected, errors.GRAIN_NOT_KNOWN]
