@@ -95,16 +95,24 @@ class CheckpointStore:
                     "allowed: a file without such a folder"
                 )
             self._lock = self._locked()
-            stamped = stamp.read_text() if stamp.is_file() else ""
-            self.resumed = not discard and bool(self._pieces())
-            if self.resumed:
-                self._check_can_resume(stamped, resume)
-                return
-            for path in self._pieces():
-                path.unlink()
-            stamp.write_text(self._stamp)
+            try:
+                self.resumed = self._begin(stamp, resume, discard)
+            except BaseException:
+                self._lock.close()
+                raise
         except OSError as error:
             raise InputError(f"output: cannot make {self.folder}: {error.strerror}") from error
+
+    def _begin(self, stamp: Path, resume: bool, discard: bool) -> bool:
+        """Tell whether the run resumes; if not, remove its checkpoints and write the stamp."""
+        stamped = stamp.read_text() if stamp.is_file() else ""
+        if not discard and self._pieces():
+            self._check_can_resume(stamped, resume)
+            return True
+        for path in self._pieces():
+            path.unlink()
+        stamp.write_text(self._stamp)
+        return False
 
     def _check_can_resume(self, stamped: str, resume: bool) -> None:
         """Refuse checkpoints of another run, or about which the user said nothing."""
