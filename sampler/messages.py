@@ -154,7 +154,10 @@ class Counting:
         if covered.spin is not None and not {"spin", "omega"}.isdisjoint(arrays):
             given += f", spin {shown_apart(spin, *covered.spin, digits=6)}"
             if kind == "speed":
-                allowed += ", a speed with the energy of rotation, V (1 + k spin^2)^(1/2)"
+                allowed += (
+                    "; with a spin, V_e must not be below the least speed or above those of the "
+                    "spin law: V_e is a speed with the energy of rotation, V (1 + k spin^2)^(1/2)"
+                )
             if kind == "spin" and "inertia" in arrays and spin <= covered.spin[1]:
                 inertia = float(call.at("inertia", row))
                 return (

@@ -9,6 +9,7 @@ translation that a hit keeps: of draws from a table, and of direct simulation.
 """
 
 import argparse
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -89,11 +90,15 @@ def main():
     parser.add_argument("--figure", help="picture to write")
     args = parser.parse_args()
     if args.count < 2:
-        parser.error("--count: at least 2")
-    table = sampler.load(args.table)
+        parser.error(f"--count: got {args.count}, allowed: 2 or more")
+    if args.figure and not Path(args.figure).absolute().parent.is_dir():
+        parser.error(f"--figure: got {args.figure}, allowed: a file in a folder that exists")
     model = tablegen.DirectModel(tablegen.load_config("corundum-steel"))
     inertias = np.linspace(*moments()[[0, 2]], POINTS)
-    drawn = energy_kept(table, inertias, args.count, 1)
+    try:  # a table that is missing, has no spin law, or has no ellipsoids
+        drawn = energy_kept(sampler.load(args.table), inertias, args.count, 1)
+    except sampler.InputError as error:
+        parser.error(f"--table: {error}")
     direct = energy_kept(model, inertias, args.count, 2)
     print("| inertia k | table | direct | error of each |\n|---|---|---|---|")
     for inertia, of_table, of_model, error in zip(inertias, drawn[0], *direct, strict=True):

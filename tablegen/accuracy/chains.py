@@ -29,6 +29,7 @@ from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import FIRST_MESH
 from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.impact_chains import ANY_ANGLES, normals_at
 
 #: Geometries, and how a text names them.
 GEOMETRY_WORDS = {"cylinder": "in a cylinder", "any": "between walls of any direction"}
@@ -47,10 +48,6 @@ _SEARCHED = 500_000
 #: Range of the speeds V [m/s], as far as the table has them, and most of V over the table's highest
 #: speed: a spin adds to the energy of a grain, and so to the speed that counts.
 _SPEEDS, _OF_HIGHEST = (20.0, 150.0), 0.8
-
-#: Angles [rad] of first hits, as far as the domain has them, and of all hits on walls of any
-#: direction. Later hits have any angle, whatever the domain is.
-ANGLES = (np.radians(5.0), np.radians(85.0))
 
 #: Least sine of an impact angle, which a grain that slides along the wall is given, and largest
 #: spin times a/V. Direct simulation has such limits too, because a grain that meets a wall more
@@ -214,12 +211,9 @@ def _next_walls(
     """
     speed = np.linalg.norm(velocity, axis=1)
     if geometry == "any":
-        alpha1, turn = ANGLES[0] + (ANGLES[1] - ANGLES[0]) * uniform[0], 2.0 * np.pi * uniform[1]
-        direction = velocity / speed[:, None]
-        first = _unit(np.cross(direction, _far_axes(direction)))
-        second = np.cross(direction, first)
-        side = np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second
-        return velocity, np.cos(alpha1)[:, None] * side - np.sin(alpha1)[:, None] * direction
+        low, high = ANY_ANGLES
+        alpha1 = low + (high - low) * uniform[0]
+        return velocity, normals_at(velocity / speed[:, None], alpha1, uniform[1])
     from_wall = np.einsum("ni,ni->n", velocity, normal)
     lift = np.maximum(_LEAST_SINE * speed - from_wall, 0.0)
     velocity = velocity + lift[:, None] * normal
@@ -228,16 +222,8 @@ def _next_walls(
     across = velocity * [1.0, 1.0, 0.0]
     squared = np.einsum("ni,ni->n", across, across)
     chord = 2.0 * np.einsum("ni,ni->n", across, normal) / squared
-    return velocity, _unit(normal - chord[:, None] * across)
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
-
-
-def _far_axes(vectors: FloatArray) -> FloatArray:
-    """Give an axis far from each of some unit vectors, (n, 3)."""
-    return np.where(np.abs(vectors[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]])
+    normal = normal - chord[:, None] * across
+    return velocity, normal / np.linalg.norm(normal, axis=1)[:, None]
 
 
 def compare_chain(
@@ -255,7 +241,8 @@ def compare_chain(
     low, high = config.domain.speed
     slow, fast = np.clip(_SPEEDS, low, max(low, _OF_HIGHEST * high))
     spread = np.random.default_rng([seed % 2**64, len(index)]).random((2, len(index)))
-    flat, steep = np.clip(ANGLES, *np.radians(config.domain.alpha_deg))
+    # later hits have any angle, whatever the domain is
+    flat, steep = np.clip(ANY_ANGLES, *np.radians(config.domain.alpha_deg))
     alpha1 = flat + (steep - flat) * spread[0]
     arrivals = first_arrivals(index, alpha1, slow + (fast - slow) * spread[1])
     sides = []
@@ -264,14 +251,14 @@ def compare_chain(
         few = on.first(max(round(_GO_ON * len(index)), 2))
         late, _ = follow(law, few, geometry, seed, GROUPS[-1][1] - _LAST_OF_ALL)
         sides.append((early, late))
-    found = []
+    compared = []
     for first, last in GROUPS:
         part = int(first > _LAST_OF_ALL)
         rows = slice(first - 1 - part * _LAST_OF_ALL, last - part * _LAST_OF_ALL)
         hits = f"hit {first}" if first == last else f"hits {first} to {last}"
         place = f"{hits}, {name} {GEOMETRY_WORDS[geometry]}"
-        found.append(later_hit(place, *(side[part][:, rows] for side in sides)))
-    return found
+        compared.append(later_hit(place, *(side[part][:, rows] for side in sides)))
+    return compared
 
 
 def later_hit(place: str, table: FloatArray, direct: FloatArray) -> LaterHit:

@@ -104,8 +104,9 @@ def advice(numbers: Sequence[Judged]) -> str:
 #: spin, and the spin law along chains of hits.
 _REMEDIES = {
     "first": "put a node there (alpha_nodes_deg or speed_nodes in [table]), or choose a range "
-    "without it",
-    "own": "give the spin law more leaves (spin_leaves in [table]), or choose a range without it",
+    "without this condition",
+    "own": "give the spin law more leaves (spin_leaves in [table]), or choose a range without this "
+    "condition",
     "chain": "give the spin law more leaves (spin_leaves in [table]); or, if particles meet one "
     "wall only, set spin = false",
 }

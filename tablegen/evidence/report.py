@@ -11,14 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import sampler
 from sampler.files import find_table
 from sampler.library import processors
 from sampler.table import Table
 from tablegen.accuracy.chains import (
-    ANGLES,
     GEOMETRIES,
     LaterHit,
     Wall,
@@ -50,6 +48,7 @@ from tablegen.evidence.methods import (
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.impact_chains import ANY_ANGLES
 from tablegen.simulation.simulate import simulate
 
 #: Purposes of random numbers, apart from those of the benchmarks.
@@ -245,22 +244,10 @@ class _FirstImpacts:
         *,
         omega: FloatArray,
         inertia: FloatArray,
-        seed: int,
-        index: NDArray[np.uint64],
-        hit: int,
-        threads: int | None,
+        **keys: Any,
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Rebound from walls; spins are ignored."""
-        return self.table.rebound(
-            velocity,
-            normal,
-            half_size,
-            grain="fresh",
-            seed=seed,
-            index=index,
-            hit=hit,
-            threads=threads,
-        )
+        return self.table.rebound(velocity, normal, half_size, grain="fresh", **keys)
 
 
 def measure_spinning(
@@ -273,7 +260,7 @@ def measure_spinning(
     a spin law that has only a part of the angles of hits.
     """
     low, high = table.alpha_range
-    if not table.has_spin and (low > ANGLES[0] or high < ANGLES[1]):
+    if not table.has_spin and (low > ANY_ANGLES[0] or high < ANY_ANGLES[1]):
         return ()
     walls: dict[str, Wall] = {
         "direct simulation": DirectModel(config),

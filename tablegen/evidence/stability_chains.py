@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tablegen.accuracy.chains import (
-    ANGLES,
     GEOMETRIES,
     GEOMETRY_WORDS,
     HALF_SIZE,
@@ -28,6 +27,7 @@ from tablegen.evidence.stability_friction import MOST_GAIN, failures_of
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.direct import DirectModel, DirectRebound
+from tablegen.simulation.impact_chains import ANY_ANGLES
 
 #: Speed of grains [m/s], and hits of a chain.
 SPEED, HITS = 100.0, 60
@@ -177,7 +177,7 @@ def run_chains(
     chains = list(product(kinds_of_grains(model, seed, grains).items(), GEOMETRIES))
     with bar(progress, "chain", total=len(chains) + len(ROLLING), desc="sixty hits") as counted:
         for (kind, index), geometry in chains:
-            low, high = ANGLES
+            low, high = ANY_ANGLES
             alpha1 = np.random.default_rng([seed % 2**64, len(index)]).uniform(
                 low, high, len(index)
             )

@@ -21,7 +21,13 @@ from scipy.special import ndtri
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import Config
 from tablegen.config.population import FixedAspect, Population
-from tablegen.fitting.spin_coordinates import SPIN_RANGE, Moments, inertia_at, kappa_of
+from tablegen.fitting.spin_coordinates import (
+    SPIN_RANGE,
+    Moments,
+    inertia_at,
+    kappa_at,
+    kappa_of,
+)
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
@@ -235,9 +241,7 @@ def neighbours(
     """Change impacts a little, and the sizes of their spins by more, as a gas does."""
     n, (least, most) = len(impacts.index), domain.alpha
     size = np.linalg.norm(impacts.spin, axis=1)[:, None]
-    slower = np.where(
-        rng.random(n) < 1.0 / 3.0, np.exp(rng.uniform(math.log(_SLOWED), 0.0, n)), 1.0
-    )
+    slower = np.where(rng.random(n) < 1.0 / 3.0, _log_uniform((_SLOWED, 1.0), n, rng), 1.0)
     spin = impacts.spin + _TURN * size * rng.standard_normal((n, 3))
     spin *= (slower * np.exp(_SPIN * rng.standard_normal(n)))[:, None]
     alpha = np.clip(impacts.alpha1 * np.exp(_ANGLE * rng.standard_normal(n)), least, most)
@@ -263,18 +267,12 @@ def spread_impacts(
     direction = _unit(rng.standard_normal((n, 3)))
     rolling = _unit(0.5 * direction * [1.0, 1.0, 2.0] - [0.0, 0.0, 1.2])
     direction = np.where((rng.random(n) < 0.5)[:, None], rolling, direction)
-    shortest = rng.random(n)  # squared cosine of the angle to the shortest axis, by its root
-    kappa = np.where(rng.random(n) < 0.5, rng.random(n), kappa_of_place(shortest**2))
+    cosine = rng.random(n)  # of the angle between the spin and the grain's shortest axis
+    kappa = np.where(rng.random(n) < 0.5, rng.random(n), kappa_at(cosine**2))
     impacts = first_impacts(_angles(domain, n, rng), np.ones(n), grains, np.arange(n, dtype="u8"))
     inertia = inertia_at(kappa, moments)
     effective = _speeds(*domain.effective, n, rng)
     return _at_speed(impacts, size[:, None] * direction, inertia, effective, domain)
-
-
-def kappa_of_place(place: FloatArray) -> FloatArray:
-    """Compute kappa at places from 0 to 1 of the reciprocal inertia, (n,)."""
-    first, second = np.sqrt(place), np.sqrt(1.0 - place)
-    return first / (first + second)
 
 
 def _unit(vectors: FloatArray) -> FloatArray:

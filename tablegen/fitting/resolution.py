@@ -21,6 +21,9 @@ _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
 #: leaf: each is simulated several times, with other phases of its tumbling.
 _CONDITIONS, _MOST_CONDITIONS = 0.15, 18_000
 
+#: Conditions without spin that are drawn for each rebound that a leaf is fitted to.
+_NONSPINNING = 0.5
+
 
 class Resolution(NamedTuple):
     """Sizes of one node: particles, knots of a quantile function, components of all classes."""
@@ -58,6 +61,11 @@ class SpinSizes(NamedTuple):
         """Number of conditions with spin that are drawn for a shape."""
         of_leaf = min(_CONDITIONS * self.rebounds, _MOST_CONDITIONS)
         return max(int(of_leaf * self.leaves), 1000)
+
+    @property
+    def nonspinning_conditions(self) -> int:
+        """Number of conditions without spin that are drawn for a shape."""
+        return math.ceil(_NONSPINNING * self.rebounds) * self.nonspinning_leaves
 
     def of_share(self, share: float) -> "SpinSizes":
         """Sizes with a share of the leaves."""

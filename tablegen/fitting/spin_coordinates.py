@@ -68,8 +68,13 @@ def kappa_of(inertia: FloatArray, moments: Moments) -> FloatArray:
     high, low = 1.0 / moments.smallest, 1.0 / moments.largest
     span = np.where(moments.differ, high - low, 1.0)
     place = np.clip((high - 1.0 / inertia) / span, 0.0, 1.0)
+    return np.where(moments.differ, kappa_at(place), 0.5)
+
+
+def kappa_at(place: FloatArray) -> FloatArray:
+    """Compute kappa at places from 0 to 1, (n,), of the reciprocal inertia between its ends."""
     first, second = np.sqrt(place), np.sqrt(1.0 - place)
-    return np.where(moments.differ, first / (first + second), 0.5)
+    return first / (first + second)
 
 
 def inertia_at(kappa: FloatArray, moments: Moments) -> FloatArray:

@@ -31,6 +31,7 @@ from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes
 from tablegen.fitting.spin_coordinates import (
     SPIN_RANGE,
+    Moments,
     SpeedCoordinate,
     folded,
     inertia_at,
@@ -48,9 +49,6 @@ from tablegen.simulation.impact_chains import Impacts, depart, energy_factor
 #: Speed coordinates where the law of restitution has none of this form: exponents, and parts of the
 #: largest V_e at which the coordinate is 1/2. The first is that of laws without a table.
 _SHAPES = [(0.5, 0.2), (0.5, 1.0), (1.0, 0.2), (1.0, 0.5), (1.0, 2.0)]
-
-#: Number of conditions without spin over the rebounds of a leaf.
-_NONSPINNING = 0.5
 
 #: Column of kappa among the inputs.
 _KAPPA = 5
@@ -198,8 +196,7 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
     spinning, kappa = spinning_impacts(
         model, domain, population, shape_code, sizes.conditions, partial(_stream, key), rng
     )
-    count = math.ceil(_NONSPINNING * sizes.rebounds) * sizes.nonspinning_leaves
-    grains = grains_of(population, shape_code, count, rng)
+    grains = grains_of(population, shape_code, sizes.nonspinning_conditions, rng)
     nonspinning = nonspinning_impacts(domain, grains, rng)
     with threadpool_limits(limits=1, user_api="blas"):
         grown = [
@@ -233,12 +230,11 @@ def _grown(
         speed = Range.of(config).effective[1] / energy_factor(impacts.spin, impacts.inertia)
         impacts = impacts._replace(speed=speed)
     moments = moments_of(config.population, shape_code, impacts.grain[:, 1:])
-    plain = inputs_of(impacts, moments, speed_coordinate(config))
-    turned = turned_by_chance(plain, rng)
-    rebounds = _rebounds(model, config, impacts, turned, seed)
+    inputs = inputs_of(impacts, moments, speed_coordinate(config))
+    turned = turned_by_chance(inputs, rng)
+    rebounds = _rebounds(model, config, impacts, inputs, turned, seed)
     tree, grown = grow(rebounds.inputs, rebounds.outcomes, leaves, rng)
-    kappa = plain[:, _KAPPA]
-    columns = np.column_stack([impacts.alpha1, impacts.speed, impacts.spin, kappa])
+    columns = np.column_stack([impacts.alpha1, impacts.speed, impacts.spin, inputs[:, _KAPPA]])
     parts = []
     for leaf in grown:
         rows = leaf.rows[:most]
@@ -254,20 +250,23 @@ def _grown(
 
 
 def _rebounds(
-    model: DirectModel, config: Config, impacts: Impacts, turned: NDArray[np.bool_], seed: int
+    model: DirectModel,
+    config: Config,
+    impacts: Impacts,
+    inputs: FloatArray,
+    turned: NDArray[np.bool_],
+    seed: int,
 ) -> Rebounds:
     """Simulate a rebound of each impact of one shape: folded inputs and outcomes."""
     shape_code = int(impacts.grain[0, 0])
     moments = moments_of(config.population, shape_code, impacts.grain[:, 1:])
-    inputs = inputs_of(impacts, moments, speed_coordinate(config))
     left = depart(model, impacts, seed, threads=1)
     energy = energy_factor(impacts.spin, impacts.inertia) ** 2
     turns = left.inertia > 0.0
     after = np.where(turns, left.inertia, moments.largest)
-    values = outcomes_of(left.states, after, energy)
-    values = np.column_stack([values, kappa_of(after, moments)])
+    values = np.column_stack([outcomes_of(left.states, after, energy), kappa_of(after, moments)])
     inputs, signs = folded(inputs, turned)
-    values = values * signs
+    values *= signs
     if has_works(config.domain.columns):
         values = np.column_stack([values, normal_share(left.works)])
     return Rebounds(inputs, values)
@@ -277,14 +276,16 @@ def leaf_task(
     config: Config, shape_code: int, place: LeafConditions, sizes: SpinSizes, key: str
 ) -> Arrays:
     """Simulate rebounds at the conditions of a leaf, and fit it: `LeafArrays`."""
-    model = DirectModel(config)
+    model, speed = DirectModel(config), speed_coordinate(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
 
     def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
         # each condition about equally often, in random order
         order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
-        impacts = _impacts(config, shape_code, place, order)
-        return _rebounds(model, config, impacts, place.turned[order], _stream(key, number))
+        impacts, moments = _impacts(config, shape_code, place, order)
+        inputs = inputs_of(impacts, moments, speed)
+        turned = place.turned[order]
+        return _rebounds(model, config, impacts, inputs, turned, _stream(key, number))
 
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
@@ -296,14 +297,14 @@ def leaf_task(
 
 def _impacts(
     config: Config, shape_code: int, place: LeafConditions, rows: NDArray[np.int64]
-) -> Impacts:
-    """Make impacts of some conditions of a leaf."""
+) -> tuple[Impacts, Moments]:
+    """Make impacts of some conditions of a leaf, with the moments of inertia of their grains."""
     conditions, ratios = (column[rows].astype("f8") for column in place[:2])
     count = len(rows)
     grain = np.column_stack([np.full(count, float(shape_code)), ratios])
     spin, moments = conditions[:, 2:5], moments_of(config.population, shape_code, ratios)
     inertia = np.where(spin.any(axis=1), inertia_at(conditions[:, 5], moments), 0.0)
-    return Impacts(
+    impacts = Impacts(
         # pi/2 in single precision is above pi/2
         np.minimum(conditions[:, 0], math.pi / 2.0),
         conditions[:, 1],
@@ -313,3 +314,4 @@ def _impacts(
         np.arange(count, dtype=np.uint64),
         np.ones(count, dtype=np.uint32),
     )
+    return impacts, moments

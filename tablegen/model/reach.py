@@ -1,8 +1,9 @@
 """How far a tumbling grain can reach: where its fall to the wall may begin, and when it has left.
 
 The phases of free tumbling are uniform at any time. So a fall may begin at any height at which the
-grain cannot touch the wall, whatever the phases. A grazing grain that reaches half as far as its
-bounding radius would else turn thousands of radians for nothing, before the wall and after it.
+grain cannot touch the wall, whatever the phases. That saves most of the time of grazing impacts: a
+grain that reaches half as far as its bounding radius would turn thousands of radians between that
+radius and the wall, and as many again after it has left.
 
 The direction l of the angular momentum stands still in the lab, and so does its angle to the wall
 normal n, whose cosine is c. In body axes the squares of l move on a straight line, on which each

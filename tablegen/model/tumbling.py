@@ -8,9 +8,9 @@ lab. In body axes its direction l follows the curve on which
     l1^2 + l2^2 + l3^2 = 1,    l1^2/j1 + l2^2/j2 + l3^2/j3 = 1/k,
 
 round the shortest axis of the grain where 1/k < 1/j2, else round the longest, by Jacobi's elliptic
-functions of time. Where on this curve l is, and how far the grain has turned about L, are phases
-that after a flight of a few turns are uniform in time, and on which of the two curves it is, either
-side of the centre, the four numbers do not say: all three are drawn.
+functions of time. Three things are not told by W and k, and are drawn: where on this curve l is and
+how far the grain has turned about L, two phases that are uniform in time after a flight of a few
+turns; and around which end of the axis l goes, because there is such a curve at either end.
 """
 
 import math

@@ -54,14 +54,14 @@ class DirectModel:
 
     A grain is a shape and its ratios b/a and c/b. Between walls it tumbles; what stays is its mean
     angular velocity, omega = (2T/L^2) L, and the inertia about it, L^2 / (2T m a^2), which go in
-    and out. The orientation in which it meets the next wall is drawn, by the keys, from those of
-    free tumbling with these four numbers, each as long as the grain takes it: right after flights
-    of a few turns (`tablegen.model.tumbling`). A grain without spin is oriented uniformly, and so
-    is one whose inertia is not known, as if its spin had come about whatever way it lies. So a
-    chain of rebounds is direct simulation of a whole path.
+    and out. The orientation in which it meets the next wall is drawn by the keys: each orientation
+    of free tumbling with these four numbers is as likely as the share of time that the grain spends
+    in it, which is right after a flight of a few turns (`tablegen.model.tumbling`). So a chain of
+    rebounds is direct simulation of a whole path. A grain without spin is oriented uniformly, and
+    so is one with a spin whose inertia is not known.
 
-    A mesh may turn round either side of its axis, which differ if it is not symmetric: which one is
-    drawn anew at every wall.
+    A grain may tumble around either end of an axis. The four numbers do not tell the ends of a mesh
+    without symmetry apart; one of them is drawn at every wall.
 
     Parameters
     ----------

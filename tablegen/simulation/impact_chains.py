@@ -15,7 +15,7 @@ from tablegen.model.model_bounds import HALF_SIZE, MOST_TURNED, SPEED
 from tablegen.simulation.direct import DirectModel
 
 #: Angles [rad] at which walls of any direction are met.
-_ANY_ANGLES = (np.radians(5.0), np.radians(85.0))
+ANY_ANGLES = (np.radians(5.0), np.radians(85.0))
 
 #: Least angle [rad] for each V/a of spin, with a margin: the direct model does not simulate
 #: particles that turn too often before they meet the wall.
@@ -111,8 +111,8 @@ def next_impacts(
     """
     velocity = departures.states[:, :3]
     direction = velocity / np.linalg.norm(velocity, axis=1)[:, None]
-    low, high = _ANY_ANGLES
-    elsewhere = _normals_at(direction, low + (high - low) * uniform[:, 0], uniform[:, 1])
+    low, high = ANY_ANGLES
+    elsewhere = normals_at(direction, low + (high - low) * uniform[:, 0], uniform[:, 1])
     normal = np.where(any_wall[:, None], elsewhere, [0.0, 1.0, 0.0])
     direction = np.where(any_wall[:, None], direction, direction * [1.0, -1.0, 1.0])
     return _arrive(departures, direction, normal)
@@ -134,7 +134,7 @@ def _arrive(departures: Departures, direction: FloatArray, normal: FloatArray) -
     )
 
 
-def _normals_at(direction: FloatArray, alpha1: FloatArray, plane: FloatArray) -> FloatArray:
+def normals_at(direction: FloatArray, alpha1: FloatArray, plane: FloatArray) -> FloatArray:
     """Find normals (n, 3) of walls that particles meet at some angles [rad], in random planes."""
     first = _perpendicular(direction)
     azimuth = 2.0 * np.pi * plane[:, None]

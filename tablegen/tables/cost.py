@@ -19,8 +19,8 @@ _EXPERTS, _COMPONENTS = 64.0, 150.0
 _ROUNDS, _PROBES, _CHAINED = (1, 2), (6, 24), 5e6
 
 
-#: Conditions without spin over the rebounds of a leaf, and bytes of a stored condition.
-_NONSPINNING, _CONDITION_BYTES = 0.5, 34
+#: Bytes of a stored condition.
+_CONDITION_BYTES = 34
 
 
 class Cost(NamedTuple):
@@ -92,7 +92,10 @@ def cost_text(cost: Cost, workers: int | None) -> str:
         flat, steep = map(math.degrees, Range.of(plan.config).alpha)
         text += f", a spin law of {plan.leaves} leaves at {flat:.4g} to {steep:.4g} degrees"
         if steep - flat > 1.1 * (alpha_deg[1] - alpha_deg[0]):
-            text += ", which later hits need whatever domain.alpha_deg is (spin = false: none)"
+            text += (
+                ", because grains leave a wall at any angle and meet the next one so (if particles "
+                "hit one wall only, set spin = false)"
+            )
     text += f"; about {time_text(low, high)} of one processor"
     if cost.done > 0.0:
         text += f" beside the {time_text(cost.done, cost.done)} that are done"
@@ -105,8 +108,5 @@ def cost_text(cost: Cost, workers: int | None) -> str:
 
 def _pieces_size(plan: Plan) -> float:
     """Estimate the size [MB] of the checkpoints of a spin law: the conditions of its leaves."""
-    count = sum(
-        of.conditions + _NONSPINNING * of.rebounds * of.nonspinning_leaves
-        for of in plan.spin.values()
-    )
+    count = sum(of.conditions + of.nonspinning_conditions for of in plan.spin.values())
     return 1e-6 * _CONDITION_BYTES * count

@@ -48,7 +48,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_
                                                        const double *effective, double *values)
 {
     const float exponent = (float)law->speed_exponent, scale = -(float)law->speed_scale;
-    const double last = law->speed_unit;
+    const double last = law->speed_last;
     float y[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r) {
         const float power = exponent * rbti_logarithm_to_two((float)(effective[r] / last));

@@ -9,7 +9,7 @@
      2      rbti_choose_node       one of the four nodes, by word 1
      3      rbti_choose_component  one of its components, by word 0, and the class of it
      4      rbti_fill_normals      words to normals n
-            rbti_fill_variates               variates mean + L n, reflected or not, to places among knots
+            rbti_fill_variates     variates mean + L n, reflected or not, to places among knots
      5      rbti_fill_channel      quantiles at these places, averaged over the nodes
             rbti_to_states         channels to variables of the state */
 

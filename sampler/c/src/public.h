@@ -380,8 +380,8 @@ typedef struct rbt_spin_law {
     int32_t n_shapes, n_nodes, n_leaves, n_knots, n_outcomes; /* 0 shapes: no law */
     double least_spin, most_spin; /* squares of the sizes of the spin that it covers */
     double alpha_first, alpha_last, speed_first, speed_last; /* nearest conditions that it draws at */
-    double alpha_low, alpha_high, speed_high; /* its range, for flags */
-    double speed_unit, speed_scale, speed_exponent; /* of the coordinate of the speed */
+    double speed_high; /* largest V_e without a flag */
+    double speed_scale, speed_exponent; /* of the coordinate of the speed, in units of speed_last */
     double aspect[8];
     const int32_t *shape_codes;
     const double *shape_shares, *shape_ratios, *shape_inertia, *kappa_quantiles;

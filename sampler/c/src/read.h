@@ -25,10 +25,7 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     law->alpha_first = h->spin_alpha[0];
     law->alpha_last = h->spin_alpha[1];
     law->speed_first = h->spin_speed[0];
-    law->speed_last = law->speed_unit = h->spin_speed[1];
-    law->alpha_low = law->alpha_first;
-    law->alpha_high = law->alpha_last;
-    law->speed_high = law->speed_last;
+    law->speed_last = law->speed_high = h->spin_speed[1];
     law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
     law->least_spin = h->spin_size[0] * h->spin_size[0];
@@ -70,8 +67,8 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
         table->speed.high = table->spin.speed_high = RBTI_MOST_ANY_SPEED;
     }
     if (table->spheres) { /* any angle and spin */
-        table->alpha.low = table->spin.alpha_low = RBTI_LEAST_ANGLE;
-        table->alpha.high = table->spin.alpha_high = RBTI_HALF_PI;
+        table->alpha.low = table->spin.alpha_first = RBTI_LEAST_ANGLE;
+        table->alpha.high = table->spin.alpha_last = RBTI_HALF_PI;
         table->spin.most_spin = RBTI_MOST_ANY_SPEED;
     }
     for (uint32_t row = 0; row < RBTI_NAMES; row++) {

@@ -76,7 +76,7 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
     const int fast = rbti_is_outside(effective, table->speed.low, law->speed_high) |
                      rbti_is_outside(speed, 0.0, table->speed.high);
     const int far = rbti_is_outside(effective, table->valid_speed[0], table->valid_speed[1]);
-    return rbti_is_outside(alpha1, law->alpha_low, law->alpha_high) * RBT_ANGLE | fast * RBT_SPEED |
+    return rbti_is_outside(alpha1, law->alpha_first, law->alpha_last) * RBT_ANGLE | fast * RBT_SPEED |
            (beyond | off) * RBT_SPIN | far * RBT_EXTRAPOLATED;
 }
 

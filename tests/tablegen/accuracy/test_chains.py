@@ -6,7 +6,6 @@ from direct_table import WRONG, DirectTable
 
 import sampler
 from tablegen.accuracy.chains import (
-    ANGLES,
     GEOMETRIES,
     GROUPS,
     chains_of,
@@ -20,6 +19,7 @@ from tablegen.accuracy.judgement import judge
 from tablegen.accuracy.measure import measure_chains
 from tablegen.config.config import load_config
 from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.impact_chains import ANY_ANGLES
 
 CONFIG = load_config("corundum-steel")
 TARGETS = CONFIG.spin_targets
@@ -80,7 +80,7 @@ def test_walls_of_any_direction_are_met_at_all_angles_and_speeds_are_kept():
     np.testing.assert_allclose(np.linalg.norm(arrivals.velocity, axis=1), speed)
     np.testing.assert_allclose(np.linalg.norm(arrivals.normal, axis=1), 1.0)
     alpha1 = np.arcsin(-np.einsum("ni,ni->n", arrivals.velocity, arrivals.normal) / speed)
-    share = np.sort((alpha1 - ANGLES[0]) / (ANGLES[1] - ANGLES[0]))
+    share = np.sort((alpha1 - ANY_ANGLES[0]) / (ANY_ANGLES[1] - ANY_ANGLES[0]))
     assert np.abs(share - np.linspace(0.0, 1.0, 4000)).max() < 0.04
 
 

@@ -15,7 +15,6 @@ from tablegen.fitting.law_conditions import (
     draw_ratios,
     grains_of,
     inertia_coefficients,
-    kappa_of_place,
     least_inertia,
     moments_of,
     neighbours,
@@ -24,7 +23,7 @@ from tablegen.fitting.law_conditions import (
     spinning_impacts,
     spread_impacts,
 )
-from tablegen.fitting.spin_coordinates import SPIN_RANGE, inertia_at, kappa_of
+from tablegen.fitting.spin_coordinates import SPIN_RANGE, inertia_at, kappa_at, kappa_of
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import depart, effective_speed
@@ -269,7 +268,5 @@ def test_spins_of_any_direction_in_a_grain_have_uniform_places():
     moments = moments_of(CONFIG.population, PRISM, np.tile([1.0, 0.5], (1000, 1)))
     square = direction[:, 2] ** 2  # of the angular momentum, along the short axis
     k = 1.0 / (square / moments.largest + (1.0 - square) / moments.smallest)
-    np.testing.assert_allclose(
-        kappa_of(k, moments), kappa_of_place(direction[:, 2] ** 2), atol=1e-7
-    )
-    np.testing.assert_allclose(inertia_at(kappa_of_place(direction[:, 2] ** 2), moments), k)
+    np.testing.assert_allclose(kappa_of(k, moments), kappa_at(direction[:, 2] ** 2), atol=1e-7)
+    np.testing.assert_allclose(inertia_at(kappa_at(direction[:, 2] ** 2), moments), k)
