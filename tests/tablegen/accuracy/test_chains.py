@@ -73,6 +73,21 @@ def test_in_a_cylinder_a_mirror_keeps_angles_and_spins_for_ever():
     assert arrivals.hit == 9
 
 
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_speeds_are_set_back_and_spins_in_the_same_proportion(geometry):
+    class Halving(Mirror):
+        def rebound(self, *impacts, **given):
+            velocity, omega, inertia = super().rebound(*impacts, **given)
+            return 0.5 * velocity, omega, inertia
+
+    first = first_arrivals(np.arange(5), 0.5, 50.0)
+    left, arrivals = follow(Halving(), first, geometry, 1, 3)
+    np.testing.assert_allclose(left[0], 0.5, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(arrivals.velocity, axis=1), 50.0, rtol=1e-12)
+    # a wall sets each component at rest to 50 rad/s, and three hits double it each
+    np.testing.assert_allclose(arrivals.omega, 8.0 * 50.0, rtol=1e-12)
+
+
 def test_walls_of_any_direction_are_met_at_all_angles_and_speeds_are_kept():
     speed = np.linspace(20.0, 100.0, 4000)
     first = first_arrivals(np.arange(4000), 0.5, speed)

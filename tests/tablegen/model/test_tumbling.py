@@ -18,7 +18,7 @@ from motion_fixtures import (
     rotation_of,
 )
 from scipy.integrate import solve_ivp
-from scipy.special import ellipj, ellipk
+from scipy.special import ellipj, ellipk, ellipkinc
 from scipy.stats import ks_2samp, kstest
 
 from tablegen.model.impacts import one_row
@@ -159,6 +159,24 @@ class TestDrawn:
             angle = np.arctan2(axis @ across, axis @ zero)
             for part in (slice(None), side, ~side):
                 assert kstest(angle[part], "uniform", (-np.pi, 2.0 * np.pi)).pvalue > 1e-7
+
+    def test_tumble_at_a_phase_that_is_uniform_in_time(self):
+        grains = POPULATION.restricted_to("ellipsoid").with_aspect(0.8, 0.7)
+        moments = np.array(body_of("ellipsoid", 0.8, 0.56).moments)
+        i1, i2, i3 = 1.0 / moments
+        for inertia in (0.9 * moments[2] + 0.1 * moments[1], 0.9 * moments[0] + 0.1 * moments[1]):
+            made, _ = drawn(grains, make_condition(0.5, 100.0, self.SPIN, inertia=inertia))
+            first, second, third = self.directions(made).T
+            x = 1.0 / inertia
+            if x < i2:
+                sn = second * np.sqrt((i2 - i3) / (x - i3))
+                cn = first * np.sqrt((i1 - i3) / (x - i3))
+            else:
+                sn = second * np.sqrt((i1 - i2) / (i1 - x))
+                cn = third * np.sqrt((i1 - i3) / (i1 - x))
+            parameter = rate_and_parameter(moments, inertia)[1]
+            time = ellipkinc(np.arctan2(sn, cn), parameter) / ellipk(parameter)
+            assert kstest(time, "uniform", (-2.0, 4.0)).pvalue > 1e-7
 
     @pytest.mark.parametrize(
         ("aspect", "inertia"), [((0.8, 0.7), 0.0), ((1.0, 1.0), 0.4), ((1.0, 1.0), 0.0)]
