@@ -4,12 +4,19 @@ import pkgutil
 import re
 import shlex
 import tomllib
+from pathlib import Path
 
 import click
 import documents
 import pytest
 import yaml
-from command_lines import calls, logical_lines, parse
+from command_lines import (
+    calls,
+    logical_lines,
+    mistake_in_sentence,
+    mistake_of_script,
+    parse,
+)
 from documents import DOCUMENTS, ROOT, SHELL
 
 import sampler
@@ -46,11 +53,56 @@ def test_commands_are_accepted_and_scripts_exist(path, tmp_path):
                 parse(words, tmp_path)
             except click.ClickException as error:
                 pytest.fail(f"{path}:{block.line}: {shlex.join(words)}: {error}")
+        # a fence without a language may show output, which is no shell text
         for line in logical_lines(block.text):
-            words = line.split()
-            script = words[1] if words[0] in ("python", "python3") and words[1:] else words[0]
-            if script.endswith((".py", ".sh")):
-                assert (ROOT / script).is_file(), f"{path}:{block.line}: {line}"
+            assert mistake_of_script(line.split()) is None, f"{path}:{block.line}: {line}"
+
+
+@every_document
+def test_commands_in_sentences_are_accepted(path, tmp_path):
+    commands = documents.commands_in_sentences(read(path))
+    mistakes = {command: mistake_in_sentence(command, tmp_path) for command in commands}
+    assert {c: m for c, m in mistakes.items() if m} == {}
+
+
+SOURCES = [
+    path
+    for folder in ("sampler", "tablegen", "tests", "docs")
+    for path in (ROOT / folder).rglob("*.py")
+]
+
+
+def test_commands_in_docstrings_and_comments_are_accepted(tmp_path):
+    mistakes = {
+        (str(path.relative_to(ROOT)), command): mistake_in_sentence(command, tmp_path)
+        for path in SOURCES
+        if path != Path(__file__)  # which names wrong commands below
+        for command in documents.commands_in_sentences(read(path))
+    }
+    assert len(mistakes) > 20
+    assert {c: m for c, m in mistakes.items() if m} == {}
+
+
+@pytest.mark.parametrize(
+    ("sentence", "mistake"),
+    [
+        ("run `tablegen stability --shape sphere --count 1`", "--shape"),
+        ("run `tablegen stabilise`", "stabilise"),
+        ("run `sampler draw\ncorundum-steel --angle 30`", "--angle"),
+        ("run `python tests/benchmarks/bench_nothing.py`", "bench_nothing.py"),
+        ("run `python docs/examples/bend.py --grains 3`", "--grains"),
+        ("run `python -m sampler.formats.nothing`", "sampler.formats.nothing"),
+        ("run `pytest -m long`", "long"),
+        ("run `pytest -m study -k no_such_test`", "no_such_test"),
+        ("run `pytest tests/nothing.py`", "tests/nothing.py"),
+        ("run `tablegen generate` or `python docs/examples/bend.py --count 3`", None),
+    ],
+)
+def test_a_stale_command_in_a_sentence_is_noticed(sentence, mistake, tmp_path):
+    commands = documents.commands_in_sentences(sentence)
+    mistakes = [text for c in commands if (text := mistake_in_sentence(c, tmp_path))]
+    assert len(commands) > 0
+    assert (mistakes == []) if mistake is None else (mistake in mistakes[0])
 
 
 @every_document

@@ -28,7 +28,6 @@ LENGTHS = {
     "n_spin_knots": (2, 2**12),
     "n_outcomes": (7, 8),
     "n_laws": (8, 2**20),
-    "n_joint": (0, 1),
 }
 
 #: Impact angle of a node, degrees.

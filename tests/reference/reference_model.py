@@ -1,7 +1,8 @@
 """The direct model written to be read: a reference for the fast one, and truth for its tests.
 
-Rigid particles rebound from a wall (Panfilov & Tsirkunov 2022; equation numbers are theirs). This
-file shares nothing with `tablegen.model`. Where that one is clever, this one is plain:
+Rigid particles rebound from a wall (Panfilov & Tsirkunov 2022; equation numbers are theirs). Of
+`tablegen.model` this file uses only the decorator that compiles functions; it shares none of the
+physics. Where that model is clever, this one is plain:
 
     here                                          tablegen.model
     vectors in wall axes at a collision           body axes, unrolled
