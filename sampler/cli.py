@@ -150,7 +150,7 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
     -------
     dict
         ``tables``, ``pairs``, ``scenes`` and ``measurements``, each by name. Of a table its
-        ``pair``, ``components``, ends of ``alpha_deg``, of ``speed`` in m/s (None: any) and of
+        ``pair``, ``variables``, ends of ``alpha_deg``, of ``speed`` in m/s (None: any) and of
         ``spin`` (None: no spin law), ``covers``, these in words, and ``bytes``; of a pair
         ``particle`` and ``wall``; of a scene its ``pair`` and the tables ``domain``, ``table`` and
         ``accuracy`` of its file, which differ from the pair's; of measurements the fields at the
@@ -177,7 +177,7 @@ def _table_facts(path: Path) -> dict[str, Any]:
     table = load(path)
     return {
         "pair": table.pair,
-        "components": list(table.columns),
+        "variables": list(table.columns),
         "alpha_deg": table.covered.alpha_deg,
         "speed": table.covered.speed,
         "spin": table.covered.spin,
@@ -187,7 +187,7 @@ def _table_facts(path: Path) -> dict[str, Any]:
 
 
 def _scene_text(scene: Mapping[str, Any]) -> str:
-    parts = [f"pair {scene['pair']}", " ".join(scene.get("domain", {}).get("components", ()))]
+    parts = [f"pair {scene['pair']}", " ".join(scene.get("domain", {}).get("variables", ()))]
     return ", ".join(filter(None, parts))
 
 
@@ -196,7 +196,7 @@ def _catalogue_text(known: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str
     lines = {
         "tables": {
             name: ", ".join(
-                [table["covers"], " ".join(table["components"]), f"{table['bytes'] / 1e6:.1f} MB"]
+                [table["covers"], " ".join(table["variables"]), f"{table['bytes'] / 1e6:.1f} MB"]
             )
             for name, table in known["tables"].items()
         },

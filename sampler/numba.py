@@ -174,7 +174,7 @@ _rebound = _function(
     | {"roughness": _NUMBER_AT, "grain": _OPTIONAL, **_KEYS, "isotropic": _FLAG, **_END},
     *(9, types.int32, _of_rebound),
 )
-_columns = _function("rbt_components", {"handle": _HANDLE, "columns": _OPTIONAL}, 0)
+_columns = _function("rbt_variables", {"handle": _HANDLE, "columns": _OPTIONAL}, 0)
 _ROW = {"handle": _HANDLE, "n": _SEED, "seed": _SEED, "index": _INDEX, "hit": _HIT.or_none()}
 _grains = _function("rbt_grains", _ROW, 3)
 _GAS = {"diameter": _NUMBER, "density": _NUMBER, "viscosity": _NUMBER, "gas_rotation": _OPTIONAL}

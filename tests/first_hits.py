@@ -18,9 +18,9 @@ CONDITIONS = tuple(
 #: Seed of the flow codes' draws; diameter and half-size of the grains [m].
 SEED, DIAMETER = 7, 50e-6
 HALF_SIZE = float(sampler.load("corundum-steel").mean_half_size(DIAMETER))
-#: Allowed Kolmogorov-Smirnov distance of any component and error of any correlation.
+#: Allowed Kolmogorov-Smirnov distance of any variable and error of any correlation.
 KS, CORRELATION = 0.02, 0.03
-#: Rebounds compared with. Of 40,000 hits a KS above 0.0122 is noise once in 10,000 components.
+#: Rebounds compared with. Of 40,000 hits a KS above 0.0122 is noise once in 10,000 variables.
 REFERENCE = 200_000
 
 

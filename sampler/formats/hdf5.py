@@ -70,9 +70,9 @@ def _check_attributes(given: Mapping[str, Any]) -> None:
 
 
 def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
-    """Refuse components and channels that are unknown, occur twice, or are not enough."""
+    """Refuse variables and channels that are unknown, occur twice, or are not enough."""
     for name, given, known in (
-        ("components", variables, VARIABLES),
+        ("variables", variables, VARIABLES),
         ("channels", channels, CHANNELS),
     ):
         if not given or not set(given) <= set(known) or len(set(given)) < len(given):
@@ -80,7 +80,7 @@ def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
             raise TableError(f"{name}: got {got}, allowed: {allowed}")
     missing = [name for name in channels_for(variables) if name not in channels]
     if missing:
-        raise TableError(f"channels: {' '.join(missing)} missing, allowed: all the components need")
+        raise TableError(f"channels: {' '.join(missing)} missing, allowed: all of the variables")
 
 
 def _check_units(path: str, given: Any, known: str) -> None:
@@ -143,7 +143,7 @@ class TableContents:
     pair, config, software_version : str
     seed : int
     variables, channels : tuple of str
-        See `ATTRIBUTES`; the file calls the variables of a state its components.
+        See `ATTRIBUTES`.
     speed_independent : bool
         Whether rebounds do not depend on the speed.
     valid_speed : tuple of two float, optional
@@ -229,7 +229,7 @@ class TableContents:
             "config": self.config,
             "seed": self.seed,
             "software_version": self.software_version,
-            "components": " ".join(self.variables),
+            "variables": " ".join(self.variables),
             "channels": " ".join(self.channels),
             "speed_independent": int(self.speed_independent),
             "least_inertia": self.least_inertia,
@@ -372,7 +372,7 @@ def _contents_of(attributes: Mapping[str, Any], datasets: Mapping[str, Array]) -
         config=attributes["config"],
         seed=attributes["seed"],
         software_version=attributes["software_version"],
-        variables=tuple(attributes["components"].split()),
+        variables=tuple(attributes["variables"].split()),
         channels=tuple(attributes["channels"].split()),
         speed_independent=bool(attributes["speed_independent"]),
         least_inertia=attributes["least_inertia"],

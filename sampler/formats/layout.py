@@ -88,12 +88,12 @@ def _distances(group: str, conditions: str, columns: str) -> tuple[Dataset, ...]
     """Describe the distances to direct simulation of a group, by condition."""
     return (
         Dataset(f"{group}/ks", "<f8", (conditions, columns), "1",
-            "Kolmogorov-Smirnov distance to direct simulation of each component", _SHARE),
+            "Kolmogorov-Smirnov distance to direct simulation of each variable", _SHARE),
         Dataset(f"{group}/sliced_wasserstein", "<f8", (conditions,), "1",
-            "sliced Wasserstein distance to direct simulation, standardised components",
+            "sliced Wasserstein distance to direct simulation, standardised variables",
             (checks.within(0.0, 1e9),)),
         Dataset(f"{group}/correlation_error", "<f8", (conditions,), "1",
-            "largest error of a correlation between two components", (checks.within(0.0, 2.0),)),
+            "largest error of a correlation between two variables", (checks.within(0.0, 2.0),)),
         Dataset(f"{group}/auc", "<f8", (conditions,), "1",
             "area under the curve of a classifier that tells draws from direct simulation", _SHARE),
     )  # fmt: skip
@@ -308,7 +308,7 @@ ATTRIBUTES = {
         f"{LINE_CHARACTERS} characters",
         lambda value: is_line(value) and len(value) <= LINE_CHARACTERS,
     ),
-    "components": Attribute(str, "components of the state that a draw gives, separated by spaces"),
+    "variables": Attribute(str, "variables of the state that a draw gives, separated by spaces"),
     "channels": Attribute(
         str, "channels of the mixture, in the order of its factors, separated by spaces"
     ),

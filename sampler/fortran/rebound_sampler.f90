@@ -25,7 +25,7 @@ module rebound_sampler
 
   public :: rbt_table, rbt_range
   public :: rbt_open, rbt_close, rbt_strerror, rbt_is_open
-  public :: rbt_covered, rbt_has_spin_law, rbt_components, rbt_pair
+  public :: rbt_covered, rbt_has_spin_law, rbt_variables, rbt_pair
   public :: rbt_sample, rbt_rebound, rbt_grains
   public :: rbt_wall_tilt, rbt_gas_torque, rbt_spin_after
   public :: rbt_half_size, rbt_inertia, rbt_sphericity, rbt_mean_half_size
@@ -133,11 +133,11 @@ module rebound_sampler
       integer(c_int) :: answer
     end function c_has_spin_law
 
-    function c_components(table, columns) result(n) bind(c, name="rbt_components")
+    function c_variables(table, columns) result(n) bind(c, name="rbt_variables")
       import :: c_int, c_ptr
       type(c_ptr), value :: table, columns
       integer(c_int) :: n
-    end function c_components
+    end function c_variables
 
     function c_sample(table, n, conditions, seed, states, codes) result(code) &
         bind(c, name="rbt_sample")
@@ -306,14 +306,14 @@ contains
   end function rbt_has_spin_law
 
   ! Variables in the rows of a state, from RBT_U = 1 to RBT_WORK_SHEAR = 10.
-  function rbt_components(table) result(places)
+  function rbt_variables(table) result(places)
     type(rbt_table), intent(in) :: table
     integer, allocatable :: places(:)
     integer(c_int), target :: columns(RBT_VALUES), n
 
-    n = c_components(table%handle, c_loc(columns))
+    n = c_variables(table%handle, c_loc(columns))
     places = columns(:n) + 1
-  end function rbt_components
+  end function rbt_variables
 
   ! Mean of rbt_half_size over the particles of the table; 0: not known.
   function rbt_mean_half_size(table, diameter) result(half_size)
@@ -389,7 +389,7 @@ contains
     code = c_grains(table%handle, int(n, c_size_t), seed, index, hits, grains)
   end function grains_many
 
-  ! Draw a state for each column of `states`, whose rows are those of rbt_components, and the inertia
+  ! Draw a state for each column of `states`, whose rows are those of rbt_variables, and the inertia
   ! about the spin after.
   function rbt_sample(table, alpha1, speed, spin, inertia, grain, index, hit, inertia_after, fresh, &
       seed, states, codes) result(code)
@@ -410,7 +410,7 @@ contains
     type(c_ptr) :: new_states, new_codes
 
     n = size(alpha1)
-    height = c_components(table%handle, c_null_ptr)
+    height = c_variables(table%handle, c_null_ptr)
     agree = all([size(speed), size(index), size(hit)] == n)
     if (present(spin)) agree = agree .and. all(shape(spin) == [3, n])
     if (present(inertia)) agree = agree .and. size(inertia) == n

@@ -53,7 +53,7 @@ class Comparison(Measured):
             **self.distances(),
             "table": asdict(self.table),
             "direct": asdict(self.direct),
-            "components": self.variables,
+            "variables": self.variables,
             "states": self.states,
             "estimates": {name: asdict(estimate) for name, estimate in self.estimates.items()},
         }

@@ -208,7 +208,7 @@ def _check_agreement(contents: TableContents, config: Config, origin: str) -> No
         ("pair", contents.pair, config.pair_name),
         ("axes/alpha_deg", span("alpha_deg"), "{:.9g} to {:.9g}".format(*domain.alpha_deg)),
         ("axes/speed", span("speed"), speeds),
-        ("components", " ".join(contents.variables), " ".join(domain.columns)),
+        ("variables", " ".join(contents.variables), " ".join(domain.columns)),
         ("spin law", "one" if contents.has_spin else "none", "one" if config.spin else "none"),
     ):
         if got != allowed:

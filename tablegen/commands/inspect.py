@@ -90,7 +90,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
     }
     return {
         "pair": contents.pair,
-        "components": list(contents.variables),
+        "variables": list(contents.variables),
         "alpha_deg": contents["axes/alpha_deg"].tolist(),
         "speed": contents["axes/speed"].tolist(),
         "speed_independent": contents.speed_independent,
@@ -133,7 +133,7 @@ def identity_text(contents: "TableContents") -> str:
         ("pair", facts["pair"]),
         ("covers", covers),
         ("nodes", f"{len(alpha)} angles, {len(speed)} speeds"),
-        ("a draw gives", ", ".join(facts["components"])),
+        ("a draw gives", ", ".join(facts["variables"])),
         ("particles", facts["population"] or "?"),
         ("spin law", spin),
         ("mixture", f"{facts['mixture_components']} components a node"),

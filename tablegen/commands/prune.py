@@ -32,7 +32,7 @@ def _names(ctx: click.Context, param: click.Parameter, value: str | None) -> lis
     epilog=options.examples(
         "tablegen prune corundum-steel --scene plane-flow --output plane.h5",
         "tablegen prune my-pair.h5 --dimension 2 --output plane.h5",
-        "tablegen prune my-pair.h5 --components u,v --output velocities.h5",
+        "tablegen prune my-pair.h5 --variables u,v --output velocities.h5",
         "tablegen prune my-pair.h5 --scene my-scene.toml --output small.h5",
     ),
 )
@@ -49,7 +49,7 @@ def _names(ctx: click.Context, param: click.Parameter, value: str | None) -> lis
     help="2: keep u, v and omega_z, for a plane flow. 3: keep all six.",
 )
 @click.option(
-    "--components",
+    "--variables",
     callback=_names,
     metavar="NAME,NAME,...",
     help=f"Keep these of {', '.join(VARIABLES)}.",
@@ -60,7 +60,7 @@ def prune(
     table: str,
     scene: str | None,
     dimension: str | None,
-    components: list[str] | None,
+    variables: list[str] | None,
     output: Path,
 ) -> int:
     """Cut a table to the variables, angles and speeds that are needed.
@@ -75,14 +75,14 @@ def prune(
     from tablegen.config.config import stored_config
     from tablegen.tables.prune import prune as prune_table
 
-    if scene is None and dimension is None and components is None:
+    if scene is None and dimension is None and variables is None:
         raise InputError(
-            "Missing option '--scene', '--dimension' or '--components', allowed: one or more"
+            "Missing option '--scene', '--dimension' or '--variables', allowed: one or more"
         )
     source = find_table(table)
     whole = read_table(source)
     config = stored_config(whole.config, "config of the table")
-    wanted = _wanted(config, scene, dimension, components)
+    wanted = _wanted(config, scene, dimension, variables)
     contents = prune_table(source, wanted, output, scene or "flags")
     alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]
     click.echo(
@@ -92,18 +92,18 @@ def prune(
     )
     left = [name for name in whole.variables if name not in contents.variables]
     left += ["the spin law"] if whole.has_spin and not contents.has_spin else []
-    click.echo(f"left out: {', '.join(left) or 'no component'}")
+    click.echo(f"left out: {', '.join(left) or 'no variable'}")
     if whole["accuracy/ks"].size and not contents["accuracy/ks"].size:
         note(
             "tablegen",
-            "the accuracy that the table stores is not that of fewer components, or of so small a "
+            "the accuracy that the table stores is not that of fewer variables, or of so small a "
             f"range; tablegen validate {output} --store measures it",
         )
     return DONE
 
 
 def _wanted(
-    config: "Config", scene: str | None, dimension: str | None, components: list[str] | None
+    config: "Config", scene: str | None, dimension: str | None, variables: list[str] | None
 ) -> "Config":
     """Lay the scene over the configuration of the table, and the flags over both."""
     from tablegen.config.config import scene_over
@@ -116,6 +116,6 @@ def _wanted(
     domain: dict[str, object] = {}
     if dimension is not None:
         domain["dimension"] = int(dimension)
-    if components is not None:
-        domain["components"] = components
+    if variables is not None:
+        domain["variables"] = variables
     return config.with_changes({"domain": domain}) if domain else config

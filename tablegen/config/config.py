@@ -20,11 +20,11 @@ from sampler.formats.channels import STATE, VARIABLES, WORKS
 from tablegen.config.complaints import MISSING, complaint, refusal, shown
 from tablegen.config.field_types import (
     AngleRange,
-    ComponentNames,
     Increasing,
     Name,
     Record,
     SpeedRange,
+    VariableNames,
 )
 from tablegen.config.grains import GRAINS, named_population
 from tablegen.config.mesh import read_mesh
@@ -43,7 +43,7 @@ def _odd(value: int | None) -> int | None:
     return value
 
 
-#: Components of a plane flow, and those that it does not use.
+#: Variables of a plane flow, and those that it does not use.
 PLANE = ("u", "v", "omega_z")
 _OUT_OF_PLANE = ("w", "omega_x", "omega_y")
 
@@ -63,22 +63,22 @@ class Domain(Record):
     extrapolate: bool = False
     #: 2 is a plane flow, without w, omega_x and omega_y.
     dimension: Literal[2, 3] = 3
-    #: Components of a draw; by default u, v, w, omega_x, omega_y, omega_z, or `PLANE`.
-    components: ComponentNames | None = None
+    #: Variables of a draw; by default u, v, w, omega_x, omega_y, omega_z, or `PLANE`.
+    variables: VariableNames | None = None
 
     @model_validator(mode="after")
     def _plane(self) -> Self:
         extra = [name for name in self.columns if self.dimension == 2 and name in _OUT_OF_PLANE]
         if extra:
             allowed = f"without {', '.join(extra)} in a plane flow (dimension = 2)"
-            raise refusal("components", self.components, allowed)
+            raise refusal("variables", self.variables, allowed)
         return self
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Components of a draw, in the order of `sampler.formats.channels.VARIABLES`."""
-        if self.components is not None:
-            return tuple(name for name in VARIABLES if name in self.components)
+        """Variables of a draw, in the order of `sampler.formats.channels.VARIABLES`."""
+        if self.variables is not None:
+            return tuple(name for name in VARIABLES if name in self.variables)
         return PLANE if self.dimension == 2 else STATE
 
 
@@ -157,7 +157,7 @@ class Config(Record):
     def _spin_gives_states(self) -> Self:
         others = [name for name in self.domain.columns if name not in (*STATE, *WORKS)]
         if self.spin and others:
-            allowed = f"false with {', '.join(others)} among the components, which it does not give"
+            allowed = f"false with {', '.join(others)} among the variables, which it does not give"
             raise refusal("spin", self.spin, allowed)
         return self
 

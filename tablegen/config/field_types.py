@@ -39,7 +39,7 @@ def _strictly_increasing(values: tuple[float, ...]) -> tuple[float, ...]:
     return values
 
 
-def _usable_components(names: tuple[str, ...]) -> tuple[str, ...]:
+def _usable_variables(names: tuple[str, ...]) -> tuple[str, ...]:
     if len(set(names)) < len(names) or not set(names) <= set(VARIABLES) or len(names) > MOST_NAMES:
         raise ValueError(f"up to {MOST_NAMES} names, each once, of {', '.join(VARIABLES)}")
     if len(channels_for(names)) > MOST_NAMES:
@@ -92,4 +92,4 @@ SpeedRange = Annotated[tuple[Speed, Speed], AfterValidator(_rising)]
 #: List of increasing numbers, at least one.
 Increasing = Annotated[tuple[Item, ...], Field(min_length=1), AfterValidator(_strictly_increasing)]
 #: Variables of the state that a scene asks for.
-ComponentNames = Annotated[tuple[str, ...], Field(min_length=1), AfterValidator(_usable_components)]
+VariableNames = Annotated[tuple[str, ...], Field(min_length=1), AfterValidator(_usable_variables)]

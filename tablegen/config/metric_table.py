@@ -55,7 +55,7 @@ class Metric:
 #: Metrics by name, in the order of columns.
 METRICS: dict[str, Metric] = {
     "ks": Metric(
-        label="Kolmogorov–Smirnov distance, worst component",
+        label="Kolmogorov–Smirnov distance, worst variable",
         short="KS",
         head="KS",
         presets={"compact": 0.04, "standard": 0.01, "fine": 0.005},

@@ -39,7 +39,7 @@ def merged(base: Tree, changes: Tree) -> Tree:
 
     - A table of another ``law``, ``distribution`` or ``preset`` replaces the old one whole.
     - A changed range of the domain drops the nodes that were chosen for the old range.
-    - A ``dimension`` drops the components that were listed for another.
+    - A ``dimension`` drops the variables that were listed for another.
     - A population that names shapes or meshes has no others; its other fields stay.
     """
     domain = changes.get("domain")
@@ -47,7 +47,7 @@ def merged(base: Tree, changes: Tree) -> Tree:
         stale = {_NODES_OF_RANGE[field] for field in domain if field in _NODES_OF_RANGE}
         base = _without(base, "table", stale)
         if "dimension" in domain:
-            base = _without(base, "domain", {"components"})
+            base = _without(base, "domain", {"variables"})
     population = changes.get("population")
     if isinstance(population, dict) and not _FORMS.isdisjoint(population):
         base = _without(base, "population", _FORMS)

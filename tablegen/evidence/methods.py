@@ -149,7 +149,7 @@ def load_whole(name_or_path: str) -> Table:
     table = sampler.load(name_or_path)
     if table.columns != STATE:
         raise InputError(
-            f"{name_or_path}: got components {', '.join(table.columns)}, "
+            f"{name_or_path}: got variables {', '.join(table.columns)}, "
             f"allowed: {', '.join(STATE)} ('tablegen validate' judges any table)"
         )
     return table

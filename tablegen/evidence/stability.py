@@ -42,7 +42,7 @@ class Figures:
     least_velocity: float
     most_collisions: int
     mean_collisions: float
-    #: Mean change of a particle's most changed component [V or V/a], by half the contact
+    #: Mean change of a particle's most changed variable [V or V/a], by half the contact
     #: resolution and by half the flight tolerance; None if that run did not finish.
     contact: float | None
     flight: float | None

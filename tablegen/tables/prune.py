@@ -100,7 +100,7 @@ def _check_scene(contents: TableContents, own: Config, scene: Config, origin: st
     for name in scene.domain.columns:
         if name not in contents.variables:
             allowed = f"some of {', '.join(contents.variables)}, which the table has"
-            raise InputError(f"{origin}: domain.components: got {name}, allowed: {allowed}")
+            raise InputError(f"{origin}: domain.variables: got {name}, allowed: {allowed}")
     if scene.spin and not contents.has_spin:
         allowed = "false, because the table has no spin law"
         raise InputError(f"{origin}: spin: got true, allowed: {allowed}")
@@ -191,6 +191,6 @@ def _config_text(own: Config, scene: Config, datasets: dict[str, NDArray[np.floa
     domain = {
         "alpha_deg": [float(alpha[0]), float(alpha[-1])],
         "speed": [float(speed[0]), float(speed[-1])],
-        "components": list(scene.domain.columns),
+        "variables": list(scene.domain.columns),
     }
     return own.with_changes({"domain": domain, "spin": scene.spin}).text

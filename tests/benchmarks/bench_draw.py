@@ -3,7 +3,7 @@
     python tests/benchmarks/bench_draw.py
     python tests/benchmarks/bench_draw.py --table corundum-steel --rounds 31
 
-Every row draws the same number of states of six components at random angles and speeds, on one
+Every row draws the same number of states of six variables at random angles and speeds, on one
 thread. The bootstrap is ``rows[rng.integers(0, 10**6, n)]`` of an array of 10**6 rows in single
 precision. Rows with spin are draws from the spin law, at spins of all directions; a table without
 one gets a random one of 132 leaves. The floor, which no table of this size can go below, is the

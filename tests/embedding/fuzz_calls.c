@@ -96,7 +96,7 @@ static void check_kept(const double *results, const double *before, size_t row, 
 static int has_works(const rbt_table *table)
 {
     int columns[RBT_VALUES], found = 0;
-    rbt_components(table, columns);
+    rbt_variables(table, columns);
     for (int k = 0; k < RBT_VALUES; k++)
         found += columns[k] == RBT_WORK_NORMAL || columns[k] == RBT_WORK_SHEAR;
     return found == 2;
@@ -128,7 +128,7 @@ static void draw(const rbt_table *table, size_t n, const uint64_t *index, const 
 {
     rbt_conditions c;
     tally t = {0, 0, n, 0, 0, {0, 0, 0, 0}};
-    const size_t width = (size_t)rbt_components(table, NULL);
+    const size_t width = (size_t)rbt_variables(table, NULL);
     double *alpha1 = given(n, 1, 0.001, 1.58, 50), *speed = given(n, 1, 1.0, 400.0, 50);
     double *spin = given(n, 3, -3.0, 3.0, 2), *grain = given_grains(n);
     double *inertia = given(n, 1, 0.0, 0.7, 2), *after = one_in(2) ? NULL : numbers(n);
@@ -217,7 +217,7 @@ static void ask(const rbt_table *table, size_t n, const uint64_t *index, const u
     if (rbt_open_memory(image, size, &again) != RBT_OK)
         fail("an image is refused");
     rbt_close(again);
-    if ((code == RBT_OK) != rbt_has_spin_law(&moved) || rbt_components(&unchecked, NULL) < 1 ||
+    if ((code == RBT_OK) != rbt_has_spin_law(&moved) || rbt_variables(&unchecked, NULL) < 1 ||
         !(rbt_mean_half_size(table, 1e-4) >= 0.0))
         fail("a query fails");
     for (size_t k = 0; k < n && code == RBT_OK; k++)

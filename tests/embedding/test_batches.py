@@ -72,7 +72,7 @@ def kept(arrays, law, spin):
 def sample(library, table, arrays, law, rows=slice(None)):
     """Codes and states, and what the call returns."""
     n, fresh = arrays["alpha1"][rows].size, LAWS[law][1]
-    states, after = np.full((n, library.rbt_components(table, None)), 7.0), np.full(n, 7.0)
+    states, after = np.full((n, library.rbt_variables(table, None)), 7.0), np.full(n, 7.0)
     codes, only = np.full((2, n), 7, np.int32)
     given = record(toolchain.Conditions, arrays, rows, fresh=fresh)
     assert library.rbt_sample(table, n, given, SEED, None, only) == library.rbt_sample(
@@ -91,7 +91,7 @@ def rebound(library, table, arrays, law, rows=slice(None), isotropic=0):
     after = {"velocity": np.full((n, 3), 7.0), "omega": np.full((n, 3), 7.0)}
     after |= {"inertia": np.full((n, 1), 7.0)}
     columns = np.zeros(10, np.int32)
-    library.rbt_components(table, columns)
+    library.rbt_variables(table, columns)
     after |= {"works": np.full((n, 2), 7.0)} if 9 in columns else {}
     after |= {"codes": np.full(n, 7, np.int32)}
     given = record(toolchain.Impacts, arrays, rows, fresh=fresh, isotropic=isotropic)
@@ -194,6 +194,6 @@ def test_what_is_missing_is_an_error_and_nothing_is_written(library):
         assert library.rbt_grains(table, 3, SEED, None, None, states) == -1
         assert library.rbt_grains(table, 3, SEED, index, None, None) == -1
     assert (states == 7.0).all()
-    assert [library.rbt_components(None, None), library.rbt_has_spin_law(None)] == [0, 0]
+    assert [library.rbt_variables(None, None), library.rbt_has_spin_law(None)] == [0, 0]
     assert (library.rbt_covered(None, None), library.rbt_pair(None)) == (-1, b"")
     assert library.rbt_mean_half_size(None, 1.0) == 0.0

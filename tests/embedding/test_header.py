@@ -76,9 +76,9 @@ static void give(void *memory) { balance -= memory != NULL; free(memory); }
 def test_queries(library):
     columns, covered = np.zeros(10, np.int32), np.zeros((4, 2))
     with toolchain.opened(library, VECTORS / "plane.rbt") as table:
-        assert library.rbt_components(table, columns) == 3
+        assert library.rbt_variables(table, columns) == 3
         assert columns.tolist() == [0, 1, 5, *[-1] * 7]
-        assert library.rbt_components(table, None) == 3
+        assert library.rbt_variables(table, None) == 3
         assert library.rbt_pair(table) == b"made-up"
         assert library.rbt_covered(table, covered) == 0
         np.testing.assert_array_equal(covered[:2], [np.deg2rad([20.0, 70.0]), [50.0, 120.0]])

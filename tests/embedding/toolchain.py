@@ -113,7 +113,7 @@ def declared(path):
         "rbt_strerror": (ctypes.c_int,),
         "rbt_pair": (table,),
         "rbt_covered": (table, reals),
-        "rbt_components": (table, integers),
+        "rbt_variables": (table, integers),
         "rbt_has_spin_law": (table,),
         "rbt_grains": (table, size, seed, index, hit, reals),
         "rbt_sample": (table, size, record(Conditions), seed, reals, integers),

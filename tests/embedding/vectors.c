@@ -88,7 +88,7 @@ static int check_draw(const rbt_table *table, const rbt_table *moved, const vect
     double states[ROWS * RBT_VALUES], expected[RBT_VALUES];
     int columns[RBT_VALUES], codes[ROWS], only[ROWS], holds = 1;
     rbt_conditions given;
-    const int width = rbt_components(table, columns);
+    const int width = rbt_variables(table, columns);
     memset(&given, 0, sizeof given);
     repeat(1, c->given, alpha1);
     repeat(1, c->given + 1, speed);

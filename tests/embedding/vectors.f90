@@ -63,7 +63,7 @@ contains
     integer(c_int) :: codes(2)
 
     if (spins) spins_before = reshape(spin, [3, 1])  ! else absent
-    places = rbt_components(table)
+    places = rbt_variables(table)
     allocate (states(size(places), 1))
     codes(1) = rbt_sample(table, given(1:1), given(2:2), spins_before, [inertia], index=[index_], &
         hit=[hit], inertia_after=after, seed=seed, states=states, codes=codes(2:))

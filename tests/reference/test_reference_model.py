@@ -27,7 +27,7 @@ CONDITIONS = [
     (30.0, 200.0, (1.0, -2.0, 3.0)),
 ]
 
-#: Two rebounds agree if no component differs by more than this.
+#: Two rebounds agree if no variable differs by more than this.
 SAME = 1e-4
 
 

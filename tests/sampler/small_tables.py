@@ -8,10 +8,10 @@ from sampler.formats.channels import CHANNELS, STATE, WORKS, channels_for
 N_KNOTS, N_GRID, N_COMPONENTS, N_CLASSES = 9, 17, 4, 2
 
 
-def scene(components, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, channels=()):
-    """A table for some components; channels beyond theirs only carry dependence."""
+def scene(variables, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, channels=()):
+    """A table for some variables; channels beyond theirs only carry dependence."""
     rng = np.random.default_rng(seed)
-    marginals = channels_for(components)
+    marginals = channels_for(variables)
     held = [name for name in CHANNELS if name in {*marginals, *channels}]
     nodes = (len(alpha_deg), len(speed))
     low = {"v": 0.05, "energy_hat": 0.01, "collisions": 1.0, "normal_hat": 0.02}
@@ -31,7 +31,7 @@ def scene(components, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, chann
         for x in (alpha_deg, speed)
     ]
     return table_of(
-        components,
+        variables,
         held,
         *axes,
         np.linspace(-3.0, 3.0, N_KNOTS),
@@ -46,7 +46,7 @@ def scene(components, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, chann
 
 
 def all_eight():
-    """Every component but the works, as many as a table can have; one node an axis of speed."""
+    """Every variable but the works, as many as a table can have; one node an axis of speed."""
     names = ("u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions")
     return scene(names, speed=(120.0,))
 
@@ -62,12 +62,12 @@ def plane():
 
 
 def normal_velocity():
-    """One component, one condition."""
+    """One variable, one condition."""
     return scene(("v",), alpha_deg=(90.0,), speed=(100.0,))
 
 
 def pruned():
-    """The upper nodes of the full table and two of its components, as `tablegen prune` leaves them.
+    """The upper nodes of the full table and two of its variables, as `tablegen prune` leaves them.
 
     The look-up of the axes goes on beyond the nodes, and their numbers begin at 1.
     """

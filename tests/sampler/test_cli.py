@@ -219,11 +219,11 @@ def test_the_list_in_json_says_what_the_files_say(call):
     for name, facts in found["tables"].items():
         table = sampler.load(name)
         assert facts["pair"] == table.pair
-        assert facts["components"] == list(table.columns)
+        assert facts["variables"] == list(table.columns)
         assert facts["covers"] == str(table.covered)
         assert (facts["speed"] is None) == table.speed_independent
         assert facts["bytes"] == find_table(name).stat().st_size
-    assert found["scenes"]["no-spin"]["domain"] == {"components": ["u", "v"]}
+    assert found["scenes"]["no-spin"]["domain"] == {"variables": ["u", "v"]}
 
 
 def test_your_own_files_beside_them_are_listed(monkeypatch, tmp_path, call):

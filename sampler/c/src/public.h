@@ -194,7 +194,7 @@ RBT_API RBT_DEVICE int rbt_has_spin_law(const rbt_table *table);
 
 /* Variables in the columns of a state: how many, and which (RBT_U ... RBT_WORK_SHEAR). `columns` may be
    NULL. */
-RBT_API RBT_DEVICE int rbt_components(const rbt_table *table, int columns[RBT_VALUES]);
+RBT_API RBT_DEVICE int rbt_variables(const rbt_table *table, int columns[RBT_VALUES]);
 
 /* Name of the material pair, UTF-8; lives as long as the table. */
 RBT_API RBT_DEVICE const char *rbt_pair(const rbt_table *table);
@@ -231,7 +231,7 @@ typedef struct rbt_conditions {
     int fresh;             /* 1: another grain at each hit */
 } rbt_conditions;
 
-/* Draw n states: rows of the table's variables (rbt_components), at most RBT_VALUES n numbers. Without
+/* Draw n states: rows of the table's variables (rbt_variables), at most RBT_VALUES n numbers. Without
    `states` only the codes are written. codes: n codes, or NULL. Returns the first error, else the sum of
    the flags of all rows. Errors:
    RBT_ERR_MISSING, RBT_ERR_NOT_FINITE, RBT_ERR_NOT_APPROACHING, RBT_ERR_SPEED_NOT_POSITIVE,

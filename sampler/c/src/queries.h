@@ -22,7 +22,7 @@ RBT_API RBT_DEVICE int rbt_has_spin_law(const rbt_table *table)
     return table && table->spin.n_shapes > 0;
 }
 
-RBT_API RBT_DEVICE int rbt_components(const rbt_table *table, int columns[RBT_VALUES])
+RBT_API RBT_DEVICE int rbt_variables(const rbt_table *table, int columns[RBT_VALUES])
 {
     for (int k = 0; k < RBT_VALUES && columns && table; k++)
         columns[k] = k < RBTI_NAMES ? table->columns[k] : -1;

@@ -136,7 +136,7 @@ static void read_file(rebound_settings_t *settings)
 int rebound_table_gives(const rbt_table *table, int variable)
 {
     int columns[RBT_VALUES];
-    const int n = rbt_components(table, columns);
+    const int n = rbt_variables(table, columns);
     for (int i = 0; i < n; i++)
         if (columns[i] == variable)
             return 1;

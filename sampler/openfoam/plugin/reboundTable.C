@@ -31,7 +31,7 @@ std::shared_ptr<const rbt_table> Foam::rebound::openTable
 bool Foam::rebound::gives(const rbt_table& table, const int variable)
 {
     int columns[RBT_VALUES];
-    const int n = rbt_components(&table, columns);
+    const int n = rbt_variables(&table, columns);
 
     return std::find(columns, columns + n, variable) != columns + n;
 }

@@ -1,4 +1,4 @@
-"""The channels: their inverse, and those that components need."""
+"""The channels: their inverse, and those that variables need."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from sampler.formats.channels import CHANNELS, STATE, WORKS, channels_for, to_ch
 
 
 def test_round_trip():
-    """States by the formulae of the specification; test_draw has those of all components."""
+    """States by the formulae of the specification; test_draw has those of all variables."""
     rng = np.random.default_rng(3)
     low, high = [0.0, -1.0, -3.0, -1.0, -3.0, -3.0], [1.0, 1.0, 3.0, 1.0, 3.0, 3.0]
     channels = rng.uniform(low, high, (2000, 6))

@@ -170,7 +170,7 @@ REFUSED = {
         lambda file: file.attrs.__delitem__("pair"),
         *(_attribute("pair", text) for text in ("a\x1b[2Jb", "x" * 10**5)),
     ],
-    "components": [_attribute("components", "u heat")],
+    "variables": [_attribute("variables", "u heat")],
     "channels": [_attribute("channels", " ".join(CHANNELS[:5]))],
     "n_channels": [
         _attribute("channels", " ".join(CHANNELS[:7])),

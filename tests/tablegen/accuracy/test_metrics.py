@@ -26,7 +26,7 @@ from tablegen.config.metric_table import METRICS, PRESETS
 #: Metrics without a classifier.
 CHEAP = [name for name, metric in METRICS.items() if not metric.learned]
 
-#: Shift of the first component of a wrong sample, or its additional correlation.
+#: Shift of the first variable of a wrong sample, or its additional correlation.
 SHIFT, EXTRA = 0.2, 0.15
 
 #: Distances of the laws of the shifted and of the more correlated sample.
@@ -38,7 +38,7 @@ TRUTH = {
 
 
 def normal(seed, count, shift=0.0, correlation=0.3):
-    """Standard normal 6-vectors with one correlated pair, the first component shifted."""
+    """Standard normal 6-vectors with one correlated pair, the first variable shifted."""
     states = np.random.default_rng(seed).standard_normal((count, 6))
     states[:, 1] = correlation * states[:, 0] + np.sqrt(1.0 - correlation**2) * states[:, 1]
     states[:, 0] += shift
@@ -156,15 +156,15 @@ def test_kolmogorov_smirnov_of_shifted_uniforms():
 
 
 class TestSlicedWasserstein:
-    @pytest.mark.parametrize("component", [0, 4])
-    def test_shift_of_one_component(self, component):
+    @pytest.mark.parametrize("variable", [0, 4])
+    def test_shift_of_one_variable(self, variable):
         # Every projection moves by shift * |theta_k| standard deviations, and the mean of
         # |theta_k| over the unit sphere of R^6 is Gamma(3) / (sqrt(pi) Gamma(7/2)). The spread of
         # |theta_k| is 0.23, so 4,000 directions give it to 0.0036; the bound is 5 times that
         # (false alarm 6e-7).
         reference = 3.0 * normal(1, 50) + 7.0
         shifted = reference.copy()
-        shifted[:, component] += 0.5 * reference[:, component].std()
+        shifted[:, variable] += 0.5 * reference[:, variable].std()
         expected = 0.5 * math.gamma(3.0) / (math.sqrt(math.pi) * math.gamma(3.5))
         measured = sliced_wasserstein(shifted, reference, Settings(0, 4_000)).value
         assert measured == pytest.approx(expected, abs=0.5 * 5 * 0.0036)

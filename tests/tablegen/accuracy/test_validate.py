@@ -115,7 +115,7 @@ class TestRefusals:
             ("config", {"config": 'name = "x"'}),
             ("axes/alpha_deg", {"domain": {"alpha_deg": ENDS}, "table": {"alpha_nodes_deg": ENDS}}),
             ("axes/speed", {"domain": {"speed": SPEEDS}, "table": {"speed_nodes": SPEEDS}}),
-            ("components", {"domain": {"components": ["u", "v"]}}),
+            ("variables", {"domain": {"variables": ["u", "v"]}}),
             ("spin law", {"spin": True}),
         ],
     )

@@ -34,7 +34,7 @@ def test_describes_the_table(run, tiny):
 
 def test_json_has_what_the_table_has(run, refused, tiny):
     facts, table = json.loads(run("inspect", tiny.path, "--json").out), sampler.load(tiny.path)
-    assert facts["components"] == list(table.columns)
+    assert facts["variables"] == list(table.columns)
     assert (facts["alpha_deg"], facts["speed"]) == ([35.0, 45.0], [60.0, 300.0])
     assert facts["bytes_in_memory"] == table.nbytes
     assert facts["accuracy"] == {name: x.tolist() for name, x in table.accuracy.items()}

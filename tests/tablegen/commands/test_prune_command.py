@@ -19,20 +19,20 @@ def other(tiny, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "components"),
+    ("words", "variables"),
     [
         (("--scene", "plane-flow"), ("u", "v", "omega_z")),
         (("--dimension", 2), ("u", "v", "omega_z")),
-        (("--components", "v,u"), ("u", "v")),
+        (("--variables", "v,u"), ("u", "v")),
         (("--scene", "no-spin", "--dimension", 2), ("u", "v", "omega_z")),
     ],
 )
-def test_flags_and_scenes_choose_the_components(run, other, words, components):
+def test_flags_and_scenes_choose_the_variables(run, other, words, variables):
     path = other.with_name("cut.h5")
     ended = run("prune", other, *words, "--output", path)
     assert ended.status == 0, ended.err
     table = sampler.load(path)
-    assert (table.columns, table.pair) == (components, "my-pair")
+    assert (table.columns, table.pair) == (variables, "my-pair")
     assert ("is a scene of corundum-steel; " in ended.err) == ("--scene" in words)
 
 
@@ -41,15 +41,15 @@ def test_a_scene_may_leave_the_pair_out(run, other):
     scene.write_text('name = "fast"\n[domain]\nspeed = [200.0, 300.0]\ndimension = 2\n')
     ended = run("prune", other, "--scene", scene, "--output", path)
     assert sampler.load(path).columns == ("u", "v", "omega_z")
-    assert "the accuracy that the table stores is not that of fewer components" in ended.err
+    assert "the accuracy that the table stores is not that of fewer variables" in ended.err
 
 
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ((), "'--scene', '--dimension' or '--components'"),
-        (("--components", "u,x"), "'--components': got 'u,x'"),
-        (("--dimension", 2, "--components", "u,w"), "domain.components: got ['u', 'w']"),
+        ((), "'--scene', '--dimension' or '--variables'"),
+        (("--variables", "u,x"), "'--variables': got 'u,x'"),
+        (("--dimension", 2, "--variables", "u,w"), "domain.variables: got ['u', 'w']"),
         (("--scene", "nowhere"), "configuration: got 'nowhere'"),
     ],
 )

@@ -125,13 +125,13 @@ class TestDomain:
         [
             ("", STATE),
             ("dimension = 2", ("u", "v", "omega_z")),
-            ('components = ["omega_z", "v"]', ("v", "omega_z")),
-            ('dimension = 2\ncomponents = ["rotational_energy", "v"]', ("v", "rotational_energy")),
-            (f"components = {list(VARIABLES[7::-1])}", VARIABLES[:8]),
-            ('components = ["work_shear", "work_normal", "v"]', ("v", *WORKS)),
+            ('variables = ["omega_z", "v"]', ("v", "omega_z")),
+            ('dimension = 2\nvariables = ["rotational_energy", "v"]', ("v", "rotational_energy")),
+            (f"variables = {list(VARIABLES[7::-1])}", VARIABLES[:8]),
+            ('variables = ["work_shear", "work_normal", "v"]', ("v", *WORKS)),
         ],
     )
-    def test_columns_come_in_the_order_of_all_components(self, domain, columns):
+    def test_columns_come_in_the_order_of_all_variables(self, domain, columns):
         config = parse_config(f"{SCENE}spin = false\n[domain]\n{domain}\n", "scene.toml")
         assert config.domain.columns == columns
         assert parse_config(config.text, "stored") == config
@@ -147,7 +147,7 @@ class TestDomain:
     def test_scenes_inherit_the_spin_law(self):
         spinning = TINY.with_changes({"spin": True})
         assert spinning.with_changes({"domain": {"dimension": 2, "speed": [60.0, 100.0]}}).spin
-        assert not spinning.with_changes({"domain": {"components": ["u"]}, "spin": False}).spin
+        assert not spinning.with_changes({"domain": {"variables": ["u"]}, "spin": False}).spin
         assert not parse_config(TINY.text.replace("spin = false\n", ""), "t.toml").spin
 
 

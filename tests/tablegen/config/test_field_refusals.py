@@ -16,11 +16,11 @@ domain.alpha_deg = [60.0, 20.0] => domain.alpha_deg: got [60, 20], ... low <= hi
 domain.alpha_deg = [20, 40, 60] => domain.alpha_deg: got [20, 40, 60], ... 2
 domain.speed = [nan, 300] => domain.speed[0]: got nan, ... a finite number
 domain.sped = [50.0, 300.0] => domain.sped: unknown field, ... alpha_deg, speed, extrapolate
-domain.components = ["u", "q"] => domain.components: got ['u', 'q'], ... each once, of u, v, w
-domain.components = ["omega_x", "omega_y", "omega_z", "collisions", "work_shear"] => \
-domain.components: got ['omega_x', ... with work_normal or work_shear no collisions
-domain = {dimension = 2, components = ["u", "w"]} => domain.components: got ['u', 'w'], ... out w in
-domain.components = ["u", "collisions"] => spin: got true, ... false with collisions among
+domain.variables = ["u", "q"] => domain.variables: got ['u', 'q'], ... each once, of u, v, w
+domain.variables = ["omega_x", "omega_y", "omega_z", "collisions", "work_shear"] => \
+domain.variables: got ['omega_x', ... with work_normal or work_shear no collisions
+domain = {dimension = 2, variables = ["u", "w"]} => domain.variables: got ['u', 'w'], ... out w in
+domain.variables = ["u", "collisions"] => spin: got true, ... false with collisions among
 name = "a/b" => name: got 'a/b', ... letters, digits
 pair.wall = "  " => pair.wall: got '  ', ... not blank
 pair.resistance = "none" => pair.resistance: got 'none', ... object

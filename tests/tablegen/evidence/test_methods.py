@@ -31,7 +31,7 @@ def test_baselines_draw_states_like_those_they_were_fitted_to(case, method):
     drawn = ready.draw(COUNT, 3)
     assert np.array_equal(drawn, ready.draw(COUNT, 3))
     assert not np.array_equal(drawn, ready.draw(COUNT, 4))
-    # five standard errors of a difference of means in six components: 4e-6 by chance; kernel
+    # five standard errors of a difference of means in six variables: 4e-6 by chance; kernel
     # estimates and mixtures keep the mean as well
     gap = np.abs(drawn.mean(axis=0) - case.training.mean(axis=0))
     assert np.all(gap < 5.0 * case.training.std(axis=0) * np.sqrt(2.0 / COUNT))
@@ -58,14 +58,14 @@ def test_direct_methods_follow_their_settings(case):
     assert moved["flight tolerance 0.0001"] > moved["flight tolerance 1e-06"]
 
 
-def test_tables_beside_are_of_the_pair_the_range_and_all_components(tiny, tmp_path):
+def test_tables_beside_are_of_the_pair_the_range_and_all_variables(tiny, tmp_path):
     mine, other, part = sampler.load(tiny.path), tmp_path / "other.h5", tmp_path / "part.h5"
     write_table(other, replace(mine.contents, pair="sand-glass"))
     assert "pair sand-glass" in refused(other, methods.other_table, str(other), mine)
     whole = sampler.load("corundum-steel")
     assert "alpha_range" in refused(tiny.path, methods.other_table, str(tiny.path), whole)
-    prune(tiny.path, TINY.with_changes({"domain": {"components": ["u", "v"]}}), part)
-    assert "components u, v" in refused(part, methods.load_whole, str(part))
+    prune(tiny.path, TINY.with_changes({"domain": {"variables": ["u", "v"]}}), part)
+    assert "variables u, v" in refused(part, methods.load_whole, str(part))
 
 
 def test_interval_holds_the_mean_as_often_as_it_says():
@@ -96,7 +96,7 @@ def test_errors_of_a_batch_of_the_same_law_are_noise():
         return np.random.default_rng(seed).uniform(0.1, 0.4, (n, 6))
 
     errors = batch_errors(draw, reference, Budget(batch=1000, classified=400), 0, 7)
-    # the KS distance of six components exceeds this by chance once in 1e5
+    # the KS distance of six variables exceeds this by chance once in 1e5
     assert errors["ks"] < np.sqrt(np.log(12e5) / 2.0 * (1 / 1000 + 1 / 4000))
     assert errors["forbidden"] == 0.0
     shifted = batch_errors(lambda *a: draw(*a) + 0.1, reference, Budget(batch=1000), 0, 7)

@@ -30,7 +30,7 @@ CORRELATION_BOUND, AUC_BOUND = 0.12, 0.63
 
 def node_config(columns=STATE, **table):
     """The shipped pair at one condition."""
-    domain = {"alpha_deg": [ALPHA_DEG] * 2, "speed": [SPEED] * 2, "components": list(columns)}
+    domain = {"alpha_deg": [ALPHA_DEG] * 2, "speed": [SPEED] * 2, "variables": list(columns)}
     return load_config("corundum-steel").with_changes(
         {"spin": False, "domain": domain, "table": table}
     )

@@ -92,7 +92,7 @@ def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
     domain = {"alpha_deg": [2.0, 90.0], "speed": [20.0, 300.0], "extrapolate": True}
     changes = {
         "spin": True,
-        "domain": domain | {"components": [*STATE, *WORKS]},
+        "domain": domain | {"variables": [*STATE, *WORKS]},
         "table": {"alpha_nodes_deg": [2.0, 90.0], "speed_nodes": [20.0, 300.0]}
         | {"spin_leaves": 6, "spin_groups": 4, "spin_experts": 8, "spin_rebounds": 40_000},
     }

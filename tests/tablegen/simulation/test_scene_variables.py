@@ -1,4 +1,4 @@
-"""Components and channels of simulated states, against closed forms and their own inverse."""
+"""Variables and channels of simulated states, against closed forms and their own inverse."""
 
 import numpy as np
 import pytest

@@ -39,7 +39,7 @@ class TestFile:
 
 @pytest.mark.parametrize("columns", [("u", "v", "omega_z"), ("v", "rotational_energy", *WORKS)])
 def test_file_holds_the_columns_of_a_scene(tmp_path, columns):
-    path, domain = tmp_path / "t.h5", {"components": list(columns)}
+    path, domain = tmp_path / "t.h5", {"variables": list(columns)}
     config = ROUGH.with_changes({"domain": domain})
     contents = generate(config, path, conditions=1).table.contents
     assert contents.variables == columns
@@ -116,6 +116,6 @@ class TestRefusedBeforeAnyWork:
             "domain": {"extrapolate": True},
         }
         config = ROUGH.with_changes(elastic)
-        assert "u, w, omega_y" in line("domain.components", config)
-        components = {"domain": {"components": ["v", "omega_x", "omega_z", "collisions"]}}
-        rehearse(make_plan(config.with_changes(components)))
+        assert "u, w, omega_y" in line("domain.variables", config)
+        variables = {"domain": {"variables": ["v", "omega_x", "omega_z", "collisions"]}}
+        rehearse(make_plan(config.with_changes(variables)))

@@ -26,7 +26,7 @@ WIDE = WIDE.with_changes({"table": NODES, "population": {"shapes": {"prism": 1.0
 def wide(tmp_path_factory):
     path = tmp_path_factory.mktemp("wide") / "wide.h5"
     everything = WIDE.with_changes(
-        {"domain": {"components": [*STATE, "rotational_energy", "collisions"]}}
+        {"domain": {"variables": [*STATE, "rotational_energy", "collisions"]}}
     )
     generate(everything, path, conditions=0)
     return path
@@ -49,16 +49,16 @@ def _draws(path, alpha_deg=(10.0, 80.0), speed=(60.0, 300.0)):
 
 
 @pytest.mark.parametrize(
-    "components",
+    "variables",
     [STATE, ("u", "v", "omega_z"), ("v", "rotational_energy"), ("collisions",)],
     ids=" ".join,
 )
-def test_components_that_stay_have_the_same_draws(wide, tmp_path, components):
+def test_variables_that_stay_have_the_same_draws(wide, tmp_path, variables):
     cut = tmp_path / "cut.h5"
-    prune(wide, _scene(components=list(components)), cut)
+    prune(wide, _scene(variables=list(variables)), cut)
     full, part = _draws(wide), _draws(cut)
-    assert tuple(part) == components
-    for name in components:
+    assert tuple(part) == variables
+    for name in variables:
         np.testing.assert_array_equal(part[name], full[name])
     assert cut.stat().st_size < wide.stat().st_size
 
@@ -98,11 +98,11 @@ def test_accuracy_stays_where_conditions_and_variables_do(wide, tmp_path):
         "accuracy/auc": np.full(4, 0.6),
     }
     whole = replace(whole, datasets={**whole.datasets, **measured})
-    components = list(whole.variables)
-    cut = pruned(whole, _scene(alpha_deg=[31.0, 49.0], components=components))
+    variables = list(whole.variables)
+    cut = pruned(whole, _scene(alpha_deg=[31.0, 49.0], variables=variables))
     np.testing.assert_array_equal(cut["accuracy/ks"], measured["accuracy/ks"][1:3])
     np.testing.assert_array_equal(cut["accuracy/correlation_error"], [0.25, 0.5])
-    fewer = pruned(whole, _scene(alpha_deg=[31.0, 49.0], components=components[:2]))
+    fewer = pruned(whole, _scene(alpha_deg=[31.0, 49.0], variables=variables[:2]))
     assert fewer["accuracy/ks"].shape == (0, 2)
     assert fewer["accuracy/auc"].size == 0
 
@@ -112,7 +112,7 @@ def spinning(tmp_path_factory):
     """Table with works and a spin law, and its configuration."""
     path = tmp_path_factory.mktemp("spinning") / "whole.h5"
     sizes = {"spin_leaves": 1, "spin_groups": 2, "spin_experts": 2, "spin_rebounds": 1000}
-    changes = {"spin": True, "table": sizes, "domain": {"components": [*STATE, *WORKS]}}
+    changes = {"spin": True, "table": sizes, "domain": {"variables": [*STATE, *WORKS]}}
     config = WIDE.with_changes(changes)
     generate(config, path, conditions=0)
     return path, config
@@ -123,7 +123,7 @@ def spinning(tmp_path_factory):
 )
 def test_what_stays_of_both_laws_has_the_same_draws(spinning, tmp_path, kept):
     whole, config = spinning
-    prune(whole, config.with_changes({"domain": {"components": list(kept)}}), tmp_path / "cut.h5")
+    prune(whole, config.with_changes({"domain": {"variables": list(kept)}}), tmp_path / "cut.h5")
     full, part = sampler.load(whole), sampler.load(tmp_path / "cut.h5")
     assert part.columns == kept
     assert part.contents["spin/mean"].shape[-1] == (8 if "work_shear" in kept else 7)
@@ -136,7 +136,7 @@ def test_what_stays_of_both_laws_has_the_same_draws(spinning, tmp_path, kept):
         found = part.sample(0.8, 100.0, spin=spin, **keys, inertia_after=after[1])
         np.testing.assert_array_equal(found, states[:, columns])
         np.testing.assert_array_equal(*after)
-    # the impact has the axes of the laboratory, where components that are left out are 0
+    # the impact has the axes of the laboratory, where variables that are left out are 0
     impact = [60.0, -80.0, 0.0], [0.0, 1.0, 0.0], 1e-3
     for how in ({"grain": "fresh"}, {}, {"omega": [3e4, -5e4, 8e4]}):
         wanted, found = (table.rebound(*impact, **how, **keys) for table in (full, part))
@@ -170,7 +170,7 @@ def test_the_spin_law_keeps_its_angles_and_cuts_its_speeds(spinning, tmp_path):
 
 def test_cut_table_says_what_it_is(wide, tmp_path):
     cut = tmp_path / "cut.h5"
-    prune(wide, _scene(components=["u", "v"], alpha_deg=[31.0, 49.0]), cut)
+    prune(wide, _scene(variables=["u", "v"], alpha_deg=[31.0, 49.0]), cut)
     contents = read_table(cut)
     config = parse_config(contents.config, "cut")
     assert config.domain.columns == ("u", "v") == contents.variables
@@ -196,5 +196,5 @@ def test_cut_table_says_what_it_is(wide, tmp_path):
 def test_scenes_beyond_the_table_are_refused(wide, tmp_path, field, changes):
     refused(f"scene: {field}", prune, wide, WIDE.with_changes(changes), tmp_path / "cut.h5")
     assert not list(tmp_path.iterdir())
-    velocities = pruned(read_table(wide), _scene(components=["u", "v"]))
-    refused("scene: domain.components", pruned, velocities, _scene(components=["u", "w"]))
+    velocities = pruned(read_table(wide), _scene(variables=["u", "v"]))
+    refused("scene: domain.variables", pruned, velocities, _scene(variables=["u", "w"]))

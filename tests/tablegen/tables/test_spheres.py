@@ -81,7 +81,7 @@ def test_the_laws_of_mechanics_hold(table):
 
 def test_energies_and_works_of_first_impacts():
     names = ["v", "rotational_energy", "collisions", "work_normal", "work_shear"]
-    config = with_laws(RESTITUTION["power"], REVERSING, components=names)
+    config = with_laws(RESTITUTION["power"], REVERSING, variables=names)
     for alpha1 in np.radians([0.2, 20.0, 70.0]):
         told = simulate(config, alpha1, 80.0, 1, seed=1)
         expected = [told.state[0, 1], told.energy[0, 1], 1.0, *told.work[0]]
@@ -93,7 +93,7 @@ def test_works_balance_with_spin():
     """Energies after and works make up the energy before, over m V^2 / 2."""
     rng = np.random.default_rng(8)
     alpha1, spin = np.radians(rng.uniform(1.0, 90.0, 100)), rng.normal(0.0, 3.0, (100, 3))
-    config = with_laws(RESTITUTION["power"], REVERSING, components=[*STATE, *WORKS])
+    config = with_laws(RESTITUTION["power"], REVERSING, variables=[*STATE, *WORKS])
     table = sampler.Table(spheres.sphere_contents(config))
     drawn = table.sample(alpha1, 80.0, spin=spin, seed=1, index=np.arange(100), hit=0)
     weights = np.array([1.0, 1.0, 1.0, 0.4, 0.4, 0.4])
