@@ -14,8 +14,8 @@ import platform
 import time
 import zipfile
 from collections.abc import Callable, Generator, Mapping
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
-from contextlib import closing, suppress
+from concurrent.futures import Executor, as_completed
+from contextlib import closing, nullcontext, suppress
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -29,6 +29,7 @@ import sampler
 from sampler.errors import InputError
 from sampler.files import write_bytes
 from sampler.library import processors
+from tablegen.parallel import thread_pool
 from tablegen.progress import bar
 
 try:
@@ -294,9 +295,9 @@ class TaskRunner:
         """Run tasks, and yield keys and results as they come in."""
         if not tasks:
             return
-        executor = self._executor or ThreadPoolExecutor(processors())
+        own = nullcontext(self._executor) if self._executor else thread_pool(processors())
         # BLAS is limited once for all tasks: the limit is one number for the whole process
-        with threadpool_limits(limits=1, user_api="blas"):
+        with own as executor, threadpool_limits(limits=1, user_api="blas"):
             waiting = {executor.submit(run_task, t, software()): key for key, t in tasks.items()}
             try:
                 for future in as_completed(waiting):
@@ -304,5 +305,3 @@ class TaskRunner:
             finally:
                 for future in waiting:
                     future.cancel()
-                if executor is not self._executor:
-                    executor.shutdown(wait=False)

@@ -1,9 +1,6 @@
-"""Long work: threads, progress bars on a terminal, and lines now and then in a log."""
+"""Progress of long work: bars on a terminal, and a line now and then in a log."""
 
 import sys
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from typing import Any, TextIO
 
 from tqdm import tqdm
@@ -12,16 +9,6 @@ from tqdm import tqdm
 INTERVAL = 30.0
 
 _LINE = "{desc}: {n_fmt} of {total_fmt} {unit}s, {elapsed} so far, {remaining} left{postfix}"
-
-
-@contextmanager
-def thread_pool(threads: int) -> Iterator[ThreadPoolExecutor]:
-    """Open a pool of threads; what an error or Ctrl-C leaves behind is not waited for."""
-    pool = ThreadPoolExecutor(threads)
-    try:
-        yield pool
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
 
 
 class _Lines:

@@ -1,16 +1,14 @@
 """Measure the accuracy of a table against direct simulation with new particles."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from sampler.formats.channels import STATE
 from sampler.formats.layout import ACCURACY
-from sampler.library import processors
 from sampler.table import Table
 from tablegen.accuracy.chains import LaterHit, chains_of
 from tablegen.accuracy.comparison import Comparison, compare
@@ -18,7 +16,8 @@ from tablegen.accuracy.conditions import Place
 from tablegen.config.config import Config
 from tablegen.config.metric_table import CHAINS, METRICS
 from tablegen.config.targets import AccuracyTargets
-from tablegen.progress import bar, thread_pool
+from tablegen.parallel import in_threads
+from tablegen.progress import bar
 from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 
@@ -35,25 +34,6 @@ FIRST_STREAM = 2**31
 
 #: First number of conditions of particles with their own grain; other conditions have those below.
 FIRST_OWN = 2**29
-
-_Piece = TypeVar("_Piece")
-_Result = TypeVar("_Result")
-
-
-def in_threads(
-    work: Callable[[_Piece], _Result], pieces: Iterable[_Piece], tick: Callable[[int], Any]
-) -> list[_Result]:
-    """Work on pieces on all processors, one thread each; results are in the order of the pieces.
-
-    ``tick`` is called with 1 for each finished piece. Numerical libraries keep to one thread,
-    because more would change the last bit of sums.
-    """
-    results = []
-    with threadpool_limits(limits=1), thread_pool(processors()) as pool:
-        for result in pool.map(work, pieces):
-            results.append(result)
-            tick(1)
-    return results
 
 
 def sample_size(targets: AccuracyTargets) -> int:

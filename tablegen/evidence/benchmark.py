@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from tablegen.accuracy.measure import in_threads
 from tablegen.accuracy.metrics import ESTIMATES, Settings
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
 from tablegen.evidence.methods import BenchmarkCase, Draw, SamplingMethod, simulated
 from tablegen.model.float_array import FloatArray
+from tablegen.parallel import in_threads
 from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate
 

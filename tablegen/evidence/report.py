@@ -27,7 +27,6 @@ from tablegen.accuracy.chains import (
 )
 from tablegen.accuracy.comparison import Measured
 from tablegen.accuracy.judgement import Judged, judge
-from tablegen.accuracy.measure import in_threads
 from tablegen.accuracy.metrics import Settings, estimated
 from tablegen.config.config import Config, stored_config
 from tablegen.evidence.benchmark import (
@@ -46,6 +45,7 @@ from tablegen.evidence.methods import (
     table_method,
 )
 from tablegen.model.float_array import FloatArray
+from tablegen.parallel import in_threads
 from tablegen.progress import bar
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import ANY_ANGLES
@@ -272,7 +272,7 @@ def measure_spinning(
     compared: dict[str, list[ComparedChain]] = {name: [] for name in walls}
     for name in list(walls)[1:]:
         chains = chains_of(walls[name], config, seed, budget.chained)
-        parts = in_threads(lambda chain: chain(), chains, lambda _: None)
+        parts = in_threads(lambda chain: chain(), chains)
         of_chains = product(kinds, GEOMETRIES)
         compared[name] = [
             ComparedChain(*names, tuple(hits)) for names, hits in zip(of_chains, parts, strict=True)

@@ -9,16 +9,20 @@ import numpy as np
 
 import sampler
 from sampler.errors import InputError
-from sampler.library import processors
 from tablegen.config.config import Config
 from tablegen.config.defaults import STABILITY_COUNT
 from tablegen.evidence.stability_cases import Case
 from tablegen.evidence.stability_chains import ChainOutcome, run_chains
 from tablegen.evidence.stability_friction import FrictionOutcome, failures_of, run_friction
 from tablegen.model import audit
-from tablegen.progress import bar, thread_pool
-from tablegen.simulation.batches import NotFiniteError
-from tablegen.simulation.simulate import Simulation, make_condition, simulate_condition
+from tablegen.parallel import in_threads
+from tablegen.progress import bar
+from tablegen.simulation.simulate import (
+    NotFiniteError,
+    Simulation,
+    make_condition,
+    simulate_condition,
+)
 
 #: Energy that rounding may add, relative to the energy before, or to V^2 per unit mass.
 MOST_GROWTH = 1e-12
@@ -217,18 +221,13 @@ def run_study(
         )
     # a random order mixes cheap and expensive cases, for an even progress
     order = np.random.default_rng(0).permutation(len(cases)).tolist()
-    done: dict[int, Outcome] = {}
 
-    def check(number: int) -> None:
-        done[number] = run_case(config, cases[number], count, (seed + number) % 2**64)
+    def check(number: int) -> Outcome:
+        return run_case(config, cases[number], count, (seed + number) % 2**64)
 
-    with (
-        bar(progress, "case", total=len(cases), desc="checking") as counted,
-        thread_pool(threads or processors()) as pool,
-    ):
-        for _ in pool.map(check, order):
-            counted.update()
-    outcomes = tuple(done[number] for number in range(len(cases)))
+    with bar(progress, "case", total=len(cases), desc="checking") as counted:
+        checked = dict(zip(order, in_threads(check, order, counted.update, threads), strict=True))
+    outcomes = tuple(checked[number] for number in range(len(cases)))
     pair, resolution = config.pair_name, numerics.contact_resolution
     rubbed = run_friction(config, friction, seed, threads, progress) if friction else ()
     hit = run_chains(config, chained, seed, progress) if chained else ()

@@ -11,8 +11,8 @@ from tablegen.config.config import Config
 from tablegen.model.impacts import CONDITION_SIZE, wall_conditions
 from tablegen.model.particle_run import simulate_batch
 from tablegen.model.random_particles import keys_of_run
+from tablegen.parallel import in_slices
 from tablegen.progress import bar
-from tablegen.simulation.batches import in_slices
 from tablegen.simulation.direct_impacts import DirectArrays
 
 #: Static and dynamic coefficients, and restitutions; None is the pair's own law.

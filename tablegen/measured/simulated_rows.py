@@ -10,7 +10,8 @@ from tablegen.config.config import Config
 from tablegen.measured.moments import SimulatedMoments, mixed_moments, variables_of
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import HALF_SIZE, Bounds
-from tablegen.progress import bar, thread_pool
+from tablegen.parallel import in_threads
+from tablegen.progress import bar
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import check_impact_angle, check_run
 
@@ -53,15 +54,15 @@ class SimulatedRows:
         """Simulate means and spreads, with ``count`` particles of each shape at each row."""
         as_integer("count", count, 2, 2**32 - 1, "2 to 2**32 - 1")
         workers = check_run(count, self._seed, 0, self._threads)
-        each, rows = count * len(self._shapes), []
-        total = each * len(self._alpha)
-        with (
-            bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted,
-            thread_pool(workers) as pool,
-        ):
-            for moments in pool.map(lambda row: self._row(row, count), range(len(self._alpha))):
-                rows.append(moments)
-                counted.update(each)
+        each, numbers = count * len(self._shapes), range(len(self._alpha))
+        total = each * len(numbers)
+        with bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted:
+            rows = in_threads(
+                lambda row: self._row(row, count),
+                numbers,
+                lambda finished: counted.update(finished * each),
+                workers,
+            )
         return SimulatedMoments.of_rows(rows)
 
     def _row(self, row: int, count: int) -> FloatArray:

@@ -28,7 +28,7 @@ from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import ASPECT
 from tablegen.model.random_particles import first_misfit
-from tablegen.simulation.batches import first_not_finite, in_slices
+from tablegen.parallel import in_slices
 from tablegen.simulation.direct_impacts import (
     DirectArrays,
     DirectImpacts,
@@ -36,6 +36,7 @@ from tablegen.simulation.direct_impacts import (
     Failure,
     failure_of,
 )
+from tablegen.simulation.failures import first_not_finite
 from tablegen.simulation.rough_walls import rough_rebounds
 from tablegen.simulation.smooth_walls import smooth_rebounds
 

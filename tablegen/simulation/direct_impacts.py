@@ -22,7 +22,7 @@ from tablegen.model.impacts import (
 )
 from tablegen.model.model_bounds import ALPHA_DEG, MOST_TURNED, SPEED, SPIN
 from tablegen.model.random_particles import OWN_GRAIN, draw_grains
-from tablegen.simulation.batches import unfinished
+from tablegen.simulation.failures import unfinished_error
 
 #: An array of float64, or None where it is not given.
 Given = Any
@@ -197,7 +197,7 @@ def failure_of(call: Call, row: int, code: int) -> Exception:
     at = place(row, call.shape)
     arrays = call.rows.arrays
     if code == 0:
-        return unfinished(f"the particle at {at}")
+        return unfinished_error(f"the particle at {at}")
     if code == OUT_OF_BOUNDS:
         unnamed = ("normal", "half_size", "index", "hit", "grain", "inertia")
         names = [name for name in arrays if name not in unnamed]

@@ -22,13 +22,9 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.impacts import Condition, impact_condition, one_row
 from tablegen.model.particle_run import simulate_audited, simulate_batch
 from tablegen.model.random_particles import keys_of_run
+from tablegen.parallel import in_slices
 from tablegen.progress import bar
-from tablegen.simulation.batches import (
-    NotFiniteError,
-    first_not_finite,
-    in_slices,
-    unfinished,
-)
+from tablegen.simulation.failures import first_not_finite, unfinished_error
 
 #: Default resolution of sustained contact and truncation of the flight series; see
 #: tests/benchmarks/bench_error.py for their costs and errors.
@@ -87,6 +83,14 @@ class Simulation:
             inertia=inertia,
             audit=audit,
         )
+
+
+class NotFiniteError(RuntimeError):
+    """A particle with a state or energy that is not finite; `simulation` has all particles."""
+
+    def __init__(self, particle: int, seed: int, stream: int, simulation: Simulation) -> None:
+        super().__init__(f"particle {particle} of seed {seed}, stream {stream} is not finite")
+        self.simulation = simulation
 
 
 def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
@@ -182,7 +186,7 @@ def simulate_condition(
         else:
             stuck = simulate_batch(*model, *arrays)
         if stuck >= 0:
-            raise unfinished(f"particle {part.start + stuck} of seed {seed}, stream {stream}")
+            raise unfinished_error(f"particle {part.start + stuck} of seed {seed}, stream {stream}")
         return violations
 
     with bar(progress, "rebound", total=count, unit_scale=True, desc="simulating") as counted:

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from sampler.errors import InputError
 from sampler.library import processors
-from tablegen.progress import thread_pool
+from tablegen.parallel import thread_pool
 
 THREADS, DASK, MPI = ENGINES = ("threads", "dask", "mpi")
 

@@ -11,7 +11,7 @@ import tablegen
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.model.shapes import FIRST_MESH
-from tablegen.simulation.batches import BATCH
+from tablegen.parallel import LONGEST_SLICE
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
@@ -78,7 +78,7 @@ class TestAgainstSimulate:
 class TestKeys:
     """Equal keys and conditions give equal states."""
 
-    N = BATCH + 700
+    N = LONGEST_SLICE + 700
 
     def test_in_any_order_batch_and_number_of_threads(self):
         alpha, speed, spin = mixed_impacts(self.N)
@@ -234,10 +234,10 @@ def test_bad_input_is_refused_in_one_line(usual, field, change):
 
 
 def test_first_bad_row_is_named_whatever_the_batches():
-    alpha = np.full(3 * BATCH, 0.5)
-    alpha[[BATCH + 3, 2 * BATCH + 1]] = -1.0
-    given = {"seed": 1, "index": range(3 * BATCH), "threads": 2}
-    assert f" at row {BATCH + 3} " in refused("alpha1", MODEL.sample, alpha, 100.0, **given)
+    alpha = np.full(3 * LONGEST_SLICE, 0.5)
+    alpha[[LONGEST_SLICE + 3, 2 * LONGEST_SLICE + 1]] = -1.0
+    given = {"seed": 1, "index": range(3 * LONGEST_SLICE), "threads": 2}
+    assert f" at row {LONGEST_SLICE + 3} " in refused("alpha1", MODEL.sample, alpha, 100.0, **given)
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,13 @@ from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.particle_run import simulate_batch
-from tablegen.simulation.batches import BATCH, NotFiniteError
-from tablegen.simulation.simulate import check_impact_angle, make_condition, simulate_condition
+from tablegen.parallel import LONGEST_SLICE
+from tablegen.simulation.simulate import (
+    NotFiniteError,
+    check_impact_angle,
+    make_condition,
+    simulate_condition,
+)
 
 _CONFIG = load_config("corundum-steel")
 PAIR, POPULATION = _CONFIG.pair, _CONFIG.population
@@ -38,13 +43,13 @@ def assert_same(one, other, count=None):
 
 @pytest.mark.processor
 def test_particles_do_not_depend_on_threads_slices_or_count(monkeypatch):
-    count = 2 * BATCH + 11
+    count = 2 * LONGEST_SLICE + 11
     expected = run(count, threads=1)
     for threads in (2, None):
         assert_same(expected, run(count, threads=threads))
     assert_same(run(20), expected, count=20)
     for size in (1, 37):
-        monkeypatch.setattr("tablegen.simulation.batches.BATCH", size)
+        monkeypatch.setattr("tablegen.parallel.LONGEST_SLICE", size)
         assert_same(run(500), expected, count=500)
 
 
@@ -53,7 +58,7 @@ def test_audit_of_slices_is_the_largest_of_all(monkeypatch):
     expected = run(600, audited=True).audit
     assert expected.shape == (AUDIT_SIZE,)
     assert 0.0 < expected.max() < 1e-9
-    monkeypatch.setattr("tablegen.simulation.batches.BATCH", 50)
+    monkeypatch.setattr("tablegen.parallel.LONGEST_SLICE", 50)
     np.testing.assert_array_equal(run(600, audited=True, threads=3).audit, expected)
 
 
@@ -214,7 +219,9 @@ class TestInterruption:
         with interrupted(within=1.0):
             run(5_000_000, threads=threads)
 
-    @pytest.mark.parametrize(("seconds", "count", "most"), [(2e-3, 300, 50), (0.0, 20_000, BATCH)])
+    @pytest.mark.parametrize(
+        ("seconds", "count", "most"), [(2e-3, 300, 50), (0.0, 20_000, LONGEST_SLICE)]
+    )
     def test_calls_take_a_tenth_of_a_second(self, monkeypatch, seconds, count, most):
         seen = []
 
