@@ -9,7 +9,7 @@ project = "rebound-tables"
 release = version = __version__
 html_title = f"{project} {release}"
 root_doc = "docs/index"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click"]
 include_patterns = ["*.md", "docs/*.md", "sampler/**.md", "tablegen/**.md", "tables/*.md"]
 myst_heading_anchors = 4
 autodoc_member_order = "bysource"

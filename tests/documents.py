@@ -27,6 +27,11 @@ class Block(NamedTuple):
     text: str
     line: int
 
+    @property
+    def last_line(self):
+        """The line of the closing fence."""
+        return self.line + self.text.count("\n")
+
 
 def blocks(document):
     """Fenced blocks of a text, in order."""

@@ -1,4 +1,4 @@
-"""Modules and files that configuration files, scripts and comments name exist."""
+"""Modules and files that configuration files, scripts, comments and pages name exist."""
 
 import re
 import tomllib
@@ -74,7 +74,7 @@ def test_paths_in_pyproject_exist():
             assert any(ROOT.glob(part)), pattern
 
 
-SUFFIXES = (".py", ".pyi", ".toml", ".h", ".c", ".cu", ".f90", ".C", ".H", ".sh")
+SUFFIXES = (".md", ".py", ".pyi", ".toml", ".h", ".c", ".cu", ".f90", ".C", ".H", ".sh")
 FOLDERS = ("docs", "sampler", "tablegen", "tables", "tests", ".ci")
 #: These two tests name files that do not exist.
 NOT_CHECKED = (Path(__file__), Path(__file__).with_name("test_documents.py"))
@@ -83,11 +83,11 @@ NOT_CHECKED = (Path(__file__), Path(__file__).with_name("test_documents.py"))
 def texts_of_the_repository():
     paths = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*") if path.is_file()]
     paths = [path for path in paths if path.suffix in SUFFIXES or path.parent.name == ".ci"]
-    paths += [ROOT / "pyproject.toml", ROOT / "CITATION.cff"]
+    paths += [*ROOT.glob("*.md"), ROOT / "pyproject.toml", ROOT / "CITATION.cff"]
     return {path: path.read_text(encoding="utf-8") for path in paths if path not in NOT_CHECKED}
 
 
-def test_files_that_code_and_comments_name_exist():
+def test_files_that_code_comments_and_pages_name_exist():
     texts = texts_of_the_repository()
     assert sum(len(files_named(text)) for text in texts.values()) > 50
     missing = {path: missing_files(text) for path, text in texts.items()}

@@ -1,5 +1,6 @@
 """Examples in documents run, commands are accepted, links, paths and names lead somewhere."""
 
+import itertools
 import pkgutil
 import re
 import shlex
@@ -9,6 +10,7 @@ from pathlib import Path
 import click
 import documents
 import pytest
+import trimesh
 import yaml
 from command_lines import (
     calls,
@@ -37,12 +39,20 @@ def blocks_in(path, *languages):
 
 
 @every_document
-def test_python_blocks_run(path, tmp_path, monkeypatch):
+def test_python_blocks_run_and_print_what_the_page_shows(path, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
     names = {}  # the blocks of a page are read one after the other
-    for block in blocks_in(path, "python") if path not in ELSEWHERE else []:
+    following = itertools.pairwise([*documents.blocks(read(path)), None])
+    for block, after in following if path not in ELSEWHERE else []:
+        if block.language != "python":
+            continue
         # padded, so that a traceback shows the line of the document
         exec(compile("\n" * (block.line - 1) + block.text, str(path), "exec"), names)
+        printed = capsys.readouterr().out
+        # the block of text that stands right behind a program is its output
+        if after and after.language == "text" and after.line <= block.last_line + 3:
+            assert printed == after.text, f"{path}:{after.line}"
 
 
 @every_document
@@ -116,14 +126,19 @@ def test_links_lead_to_files_and_headings(path):
         assert not anchor or anchor in documents.anchors(read(file)), target
 
 
-def test_scene_of_the_table_maker_is_a_configuration():
-    (block,) = blocks_in(ROOT / "docs" / "table-maker.md", "toml")
-    assert parse_config(block.text, "docs/table-maker.md").domain.dimension == 2
+@pytest.mark.parametrize("page", ["own-grain.md", "scenes.md", "from-diameter-to-flow.md"])
+def test_scenes_in_guides_are_configurations(page, tmp_path):
+    for name in ("grain-1.stl", "grain-2.stl"):
+        trimesh.creation.box().export(tmp_path / name)
+    found = blocks_in(ROOT / "docs" / page, "toml")
+    assert found
+    for block in found:
+        parse_config(block.text, f"docs/{page}:{block.line}", tmp_path)
 
 
 def test_files_to_change_exist():
-    section = read(ROOT / "CONTRIBUTING.md").partition("## Where to change what")[2]
-    paths = re.findall(r"`([\w.]+/[\w./]+)`", section.partition("\n## ")[0])
+    section = read(ROOT / "CONTRIBUTING.md").partition("## Add a contact law")[2]
+    paths = re.findall(r"`([\w.]+/[\w./]+)`", section.partition("\n## Rules")[0])
     assert len(paths) > 20
     assert [path for path in paths if not (ROOT / path).exists()] == []
 

@@ -7,10 +7,11 @@ everything outside the marked parts is written by hand.
 
 import itertools
 import textwrap
+from collections.abc import Iterable
 
 import numpy as np
 
-from sampler.errors import CODES, FLAGS, LAST_OF_DRAWS, OUTSIDE
+from sampler.errors import CODES, FLAGS, LAST_OF_DRAWS, OUTSIDE, Code
 from sampler.files import include_directory, write_text
 from sampler.formats import bounds
 from sampler.formats.binary_layout import (
@@ -232,10 +233,18 @@ def _parameters(kind: str, numbers: dict[str, int]) -> str:
     return f"  {kind}, parameter, public :: &\n{text}\n"
 
 
-def codes_table() -> str:
-    """Write the codes of draws, which all languages share, as a Markdown table."""
-    draws = (code for code in CODES if code.number >= LAST_OF_DRAWS)  # those are of files
-    rows = (f"| {code.number} `RBT_{code.name}` | {code.text} |" for code in draws)
+def codes_of_rows() -> str:
+    """Write the codes of draws and rebounds, which all languages share, as a Markdown table."""
+    return _codes_table(code for code in CODES if code.number >= LAST_OF_DRAWS)
+
+
+def codes_of_files() -> str:
+    """Write the codes of binary tables that cannot be used as a Markdown table."""
+    return _codes_table(code for code in CODES if code.number < LAST_OF_DRAWS)
+
+
+def _codes_table(codes: Iterable[Code]) -> str:
+    rows = (f"| {code.number} `RBT_{code.name}` | {code.text} |" for code in codes)
     return "\n".join(["| code | meaning |", "|---|---|", *rows]) + "\n"
 
 
@@ -246,7 +255,7 @@ PARTS = {
     "src/layout.h": {"header": header_struct, "checks": checked_constants},
     "src/open.h": {"texts": code_texts},
     "../fortran/rebound_sampler.f90": {"constants": fortran_constants},
-    "../EMBEDDING.md": {"constants": codes_table},
+    "../CODES.md": {"constants": codes_of_rows, "files": codes_of_files},
 }
 
 
