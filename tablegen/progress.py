@@ -12,13 +12,13 @@ _LINE = "{desc}: {n_fmt} of {total_fmt} {unit}s, {elapsed} so far, {remaining} l
 
 
 class _Lines:
-    """File that writes every redrawn bar as a line of its own."""
+    """File that writes each redrawn bar on a new line."""
 
     def __init__(self, file: TextIO) -> None:
         self._file = file
 
     def write(self, text: str) -> None:
-        """Write a redrawn bar; a cleared one is left out."""
+        """Write a redrawn bar; a bar that was cleared is empty, and not written."""
         if line := text.strip("\r\n ").removeprefix(": "):
             self._file.write(f"tablegen: {line}\n")
 
@@ -28,19 +28,27 @@ class _Lines:
 
 
 def draws_over(file: TextIO) -> bool:
-    """Whether a bar can be redrawn in place: on a terminal and in a notebook."""
+    """Tell whether a bar can be redrawn in place, as on a terminal and in a notebook."""
     return file.isatty() or "ipykernel" in sys.modules
 
 
 def bar(shown: bool, unit: str = "step", **settings: Any) -> tqdm:
-    """Make a progress bar on standard error, to be used in a ``with`` block.
+    """Make a progress bar on standard error, for use in a ``with`` block.
 
-    Without a terminal it is a line every `INTERVAL` seconds. ``unit`` is that of the count, in the
-    singular; ``settings`` are ``total``, ``desc``, ``initial``, ``postfix``, ``unit_scale`` of
-    tqdm.
+    If standard error is no terminal, the bar is a line every `INTERVAL` seconds. ``unit`` is that
+    of the count, in the singular. ``settings`` are arguments of tqdm: ``total``, ``desc``,
+    ``initial``, ``postfix``, ``unit_scale``.
     """
     if not shown or draws_over(sys.stderr):
         return tqdm(unit=unit, disable=not shown, **settings)
-    lines: Any = {"file": _Lines(sys.stderr), "bar_format": _LINE, "ascii": True}
-    pace: Any = {"delay": INTERVAL, "mininterval": INTERVAL, "maxinterval": INTERVAL, "miniters": 1}
-    return tqdm(unit=unit, **lines, **pace, **settings)
+    return tqdm(
+        unit=unit,
+        file=_Lines(sys.stderr),
+        bar_format=_LINE,
+        ascii=True,
+        delay=INTERVAL,
+        mininterval=INTERVAL,
+        maxinterval=INTERVAL,
+        miniters=1,
+        **settings,
+    )

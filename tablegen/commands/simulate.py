@@ -135,4 +135,4 @@ def _chosen_particles(
         size = f", of {1.0 / mesh.solidity:.4g} times its volume," if mesh.solidity else ""
         kind = "not convex" if mesh.solidity else "open, or its faces turn both ways"
         note("tablegen", f"{mesh.name} is {kind}; its convex hull{size} is simulated")
-    return population.of_mesh(mesh)
+    return population.with_mesh(mesh)

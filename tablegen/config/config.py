@@ -37,20 +37,20 @@ from tablegen.model.model_bounds import CONTACT_RESOLUTION, TOLERANCE
 
 
 def _odd(value: int | None) -> int | None:
-    # with an even number of knots the median would fall between two
+    # with an even number of knots the median would be between two of them
     if value is not None and value % 2 == 0:
         raise ValueError("an odd number")
     return value
 
 
-#: Variables of a plane flow, and those that it does not use.
+#: Variables of a plane flow, and the variables that it does not use.
 PLANE = ("u", "v", "omega_z")
 _OUT_OF_PLANE = ("w", "omega_x", "omega_y")
 
-#: Speed after the sixth wall over that before the first, or less.
+#: Speed after the sixth wall over the speed before the first wall; few particles are slower.
 _SLOWED = 0.02
 
-#: A largest angle below this many degrees is doubted.
+#: A largest angle of fewer degrees than this was probably given in radians.
 _LIKE_RADIANS = 2.0
 
 
@@ -59,11 +59,12 @@ class Domain(Record):
 
     alpha_deg: AngleRange
     speed: SpeedRange
-    #: Allow speeds outside the range in which the restitution law was measured.
+    #: Whether speeds outside the range in which the restitution law was measured are allowed.
     extrapolate: bool = False
-    #: 2 is a plane flow, without w, omega_x and omega_y.
+    #: 2 for a plane flow, without w, omega_x and omega_y.
     dimension: Literal[2, 3] = 3
-    #: Variables of a draw; by default u, v, w, omega_x, omega_y, omega_z, or `PLANE`.
+    #: Variables of a draw. By default u, v, w, omega_x, omega_y, omega_z, or `PLANE` in a plane
+    #: flow.
     variables: VariableNames | None = None
 
     @model_validator(mode="after")
@@ -85,14 +86,15 @@ class Domain(Record):
 class ModelSettings(Record):
     """Numerical parameters of the direct model."""
 
-    #: Smallest rebound speed of a contact point over the impact speed; ends sustained contact.
+    #: Smallest rebound speed of a contact point over the impact speed, which ends sustained
+    #: contact.
     contact_resolution: Annotated[float, Field(**CONTACT_RESOLUTION.field)] = 1e-3
-    #: Tolerance of the free rotation between collisions.
+    #: Truncation error of the free rotation between collisions.
     tolerance: Annotated[float, Field(**TOLERANCE.field)] = 1e-10
 
 
 class TableSettings(Record):
-    """How a table is made; the generator chooses the fields that are not given."""
+    """How a table is made. The generator chooses the fields that are not given."""
 
     seed: Annotated[int, Field(ge=0, le=2**64 - 1)] = 1
     samples_per_node: Annotated[int | None, Field(ge=100, le=10**9)] = None
@@ -101,8 +103,8 @@ class TableSettings(Record):
     #: Components of the mixture that carries the dependence.
     components: Annotated[int | None, Field(ge=1, le=4096)] = None
     quantile_knots: Annotated[int | None, Field(ge=17, le=65535), AfterValidator(_odd)] = None
-    #: Spin law: leaves of the tree of a shape, groups of experts in a leaf, experts in a group,
-    #: and simulated rebounds of a leaf.
+    #: Spin law: leaves in the tree of a shape, groups of experts in a leaf, experts in a group, and
+    #: simulated rebounds in a leaf.
     spin_leaves: Annotated[int | None, Field(ge=1, le=1024)] = None
     spin_groups: Annotated[int | None, Field(ge=1, le=N_GROUPS)] = None
     spin_experts: Annotated[int | None, Field(ge=1, le=GROUP_SIZE)] = None
@@ -110,23 +112,53 @@ class TableSettings(Record):
 
 
 class Config(Record):
-    """A complete, checked configuration. Change one with `with_changes`, which keeps its text."""
+    """A complete, checked configuration of a table, or of a direct simulation.
+
+    A configuration is read by `load_config` or `parse_config`, and never modified. `with_changes`
+    makes another one.
+
+    Attributes
+    ----------
+    name : str
+        Name of the pair file or scene.
+    pair : MaterialPair
+        Particle material, wall material, and the laws of their contact.
+    population : Population
+        Shapes and meshes with their weights, and the law of the aspect ratios.
+    spin : bool
+        Whether the table has a law for particles that arrive spinning.
+    domain : Domain
+        Impact angles, speeds and variables that a table covers.
+    model : ModelSettings
+        Numerical parameters of the direct model.
+    table : TableSettings
+        How the table is made, where the generator shall not choose.
+    accuracy : AccuracyTargets
+        Largest distances from direct simulation that the table declares.
+    spin_accuracy : SpinTargets or None
+        The same for the spin law. `spin_targets` fills in what is not given.
+
+    Examples
+    --------
+    >>> from tablegen import load_config
+    >>> config = load_config("corundum-steel")
+    >>> config.pair.wall, config.domain.speed
+    ('steel St3', (5.0, 300.0))
+    """
 
     name: Name
     pair: MaterialPair
     population: Population
-    #: Whether the table has a law for particles that arrive spinning.
     spin: bool = False
     domain: Domain
     model: ModelSettings = ModelSettings()
     table: TableSettings = TableSettings()
     accuracy: AccuracyTargets = AccuracyTargets.model_validate({})
-    #: Accuracy of the spin law; limits that are not given are those of the preset of `accuracy`.
     spin_accuracy: SpinTargets | None = None
     _text: str = PrivateAttr()
 
     def model_post_init(self, _: object) -> None:
-        """Write out every field, defaults included; a file's own text replaces this one."""
+        """Write out all fields, defaults included; `_checked` may set a given text instead."""
         tree = self.model_dump(mode="json", by_alias=True, exclude_none=True)
         self._text = tomli_w.dumps(tree)
 
@@ -180,7 +212,7 @@ class Config(Record):
 
     @property
     def pair_name(self) -> str:
-        """Name of the material pair: that of the pair file a scene refers to, or our own."""
+        """Name of the material pair: of the pair file that a scene refers to, or `name`."""
         return self.pair.name or self.name
 
     @property
@@ -191,7 +223,7 @@ class Config(Record):
         return SpinTargets.model_validate({**preset, **CHAIN_LIMITS, **given})
 
     def doubts(self) -> list[str]:
-        """Say which values are allowed but look like mistakes, a line each."""
+        """Say which values are allowed but look like mistakes, one on each line."""
         lines, domain = [], self.domain
         if domain.alpha_deg[1] < _LIKE_RADIANS:
             lines.append(f"domain.alpha_deg: {shown(domain.alpha_deg)} degrees look like radians")
@@ -207,20 +239,50 @@ class Config(Record):
 
     @property
     def speeds(self) -> tuple[float, float]:
-        """Speeds [m/s] of the impacts that are followed; under a law without speed, slower ones."""
+        """Range of impact speeds [m/s] that are simulated for the spin law.
+
+        If rebounds do not depend on the speed, it includes speeds after several walls.
+        """
         first, last = self.domain.speed
         free = not self.pair.restitution.depends_on_speed
         return (min(first, _SLOWED * last) if free else first), last
 
     def speed_coordinate(self, speed: ArrayLike) -> NDArray[np.float64]:
-        """Compute the abscissa for interpolation in speed, that of the law of restitution."""
+        """Compute the abscissa for interpolation in speed, which the law of restitution defines."""
         return self.pair.restitution.coordinate(speed)
 
     def with_changes(self, changes: Tree) -> "Config":
-        """Change some fields, by the rules of a scene; refuse an invalid result.
+        """Return a configuration with some fields changed, by the rules of a scene.
 
-        Changes are nested as in the file, for example ``{"table": {"seed": 2}}``. The paths of
-        mesh files are relative to the working folder.
+        Parameters
+        ----------
+        changes : dict
+            New values, nested as in a file, for example ``{"table": {"seed": 2}}``. Paths of mesh
+            files are relative to the working folder.
+
+        Returns
+        -------
+        Config
+            The changed configuration. This one stays as it is.
+
+        Raises
+        ------
+        InputError
+            If a field does not exist or the result is not allowed.
+
+        Notes
+        -----
+        Tables are merged field by field, with the exceptions that a scene has: a table of another
+        ``law``, ``distribution`` or ``preset`` replaces the old one, a changed range of the domain
+        drops the nodes of the old range, and a population with new shapes or meshes has no others.
+
+        Examples
+        --------
+        >>> from tablegen import load_config
+        >>> config = load_config("corundum-steel")
+        >>> slow = config.with_changes({"domain": {"speed": [5.0, 50.0]}})
+        >>> slow.domain.speed
+        (5.0, 50.0)
         """
         origin = f"{self.name}, changed"
         changes = _written_out(changes, origin, Path())
@@ -235,11 +297,22 @@ def load_config(name_or_path: str | Path) -> Config:
     name_or_path : str or Path
         A name that comes with the package, such as "corundum-steel", or the path of a file.
 
+    Returns
+    -------
+    Config
+        The checked configuration. A scene is complete: it has the fields of its pair file.
+
     Raises
     ------
     InputError
-        If there is no such file or name, or the file cannot be used: one line with the file, the
-        field, what was given and what is allowed.
+        If there is no such file or name, or if the file cannot be used. The message names the file,
+        the field, what was given and what is allowed.
+
+    Examples
+    --------
+    >>> from tablegen import load_config
+    >>> load_config("corundum-steel").pair_name
+    'corundum-steel'
     """
     path = find_config(name_or_path)
     return parse_config(read_text(path), path.name, path.parent)
@@ -248,7 +321,7 @@ def load_config(name_or_path: str | Path) -> Config:
 def load_population(name_or_path: str | Path) -> Tree:
     """Read ``[population]`` of a file or a shipped pair, or write out one of `GRAINS`.
 
-    Errors are those of `load_config`. The file needs no other section.
+    A file needs no other section. Errors are those of `load_config`.
     """
     if str(name_or_path) in GRAINS:
         return named_population(str(name_or_path))
@@ -270,10 +343,34 @@ def load_population(name_or_path: str | Path) -> Tree:
 
 
 def parse_config(text: str, origin: str, directory: Path | None = None) -> Config:
-    """Read a configuration from the TOML text of a pair file or a scene, as `load_config`.
+    r"""Read a configuration from the TOML text of a pair file or a scene.
 
-    Every error message begins with `origin`. References to a pair file and to mesh files are
-    relative to `directory`, by default the working folder.
+    Parameters
+    ----------
+    text : str
+        Content of the file.
+    origin : str
+        Name for the text, with which each error message begins.
+    directory : Path, optional
+        Folder to which paths of pair files and mesh files in the text are relative. By default the
+        working folder.
+
+    Returns
+    -------
+    Config
+        The checked configuration.
+
+    Raises
+    ------
+    InputError
+        If the text cannot be used, as for `load_config`.
+
+    Examples
+    --------
+    >>> from tablegen import parse_config
+    >>> text = 'pair = "corundum-steel"\nname = "slow"\ndomain.speed = [5.0, 50.0]'
+    >>> parse_config(text, "slow.toml").domain.speed
+    (5.0, 50.0)
     """
     directory = directory or Path()
     tree = parse_toml(text, origin)
@@ -283,7 +380,7 @@ def parse_config(text: str, origin: str, directory: Path | None = None) -> Confi
     reference = data.pop("pair")
     base = _pair_of_scene(reference, origin, directory)
     base_tree = tomllib.loads(base.text)
-    # A nameless scene that took over the pair's name would pass for the pair.
+    # a scene without a name must not take that of the pair, or it would pass for the pair
     del base_tree["name"]
     whole = merged(base_tree, data)
     whole["pair"].setdefault("name", base.name)
@@ -291,9 +388,9 @@ def parse_config(text: str, origin: str, directory: Path | None = None) -> Confi
 
 
 def stored_config(text: str, origin: str) -> Config:
-    """Read the ``config`` of a table as `parse_config`, without opening another file.
+    """Read the ``config`` of a table as `parse_config` does, without opening another file.
 
-    A text that names one, for the pair or for a mesh, is refused.
+    A text that names a file, for the pair or for a mesh, is refused.
     """
     tree = parse_toml(text, origin)
     if isinstance(tree.get("pair"), str):
@@ -303,9 +400,10 @@ def stored_config(text: str, origin: str) -> Config:
 
 
 def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | None]:
-    """Lay a scene over the configuration of a table; return the pair that it names, if any, too.
+    """Lay a scene over the configuration of a table.
 
-    The laws of a pair file count as changes. Errors are those of `load_config`.
+    Returns the configuration, and the name of the pair file that the scene refers to, or None. If
+    the scene is a pair file, its laws count as changes. Errors are those of `load_config`.
     """
     path = find_config(name_or_path)
     tree = _written_out(parse_toml(read_text(path), path.name), path.name, path.parent)
@@ -315,7 +413,7 @@ def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | 
 
 
 def read_text(path: Path) -> str:
-    """Read a file, without the byte-order mark that some editors write."""
+    """Read a text file, and drop the byte-order mark that some editors write."""
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -362,7 +460,7 @@ def _written_out(tree: Tree, origin: str, directory: Path) -> Tree:
 
 
 def _with_preset(tree: Tree) -> Tree:
-    """Let limits of the spin law without a preset be changes of that of ``accuracy``."""
+    """Give the limits of the spin law the preset of ``accuracy``, unless they have their own."""
     accuracy, spin = tree.get("accuracy"), tree.get("spin_accuracy")
     if isinstance(accuracy, dict) and isinstance(spin, dict) and "preset" in accuracy:
         return {**tree, "spin_accuracy": {"preset": accuracy["preset"], **spin}}
@@ -370,7 +468,7 @@ def _with_preset(tree: Tree) -> Tree:
 
 
 def _checked(tree: Tree, origin: str, text: str | None = None) -> Config:
-    """Validate a tree; `text`, if it says everything, becomes the configuration's text."""
+    """Validate a tree. ``text``, if given, is complete and becomes the configuration's text."""
     try:
         config = Config.from_tree(_with_preset(tree))
     except ValidationError as error:

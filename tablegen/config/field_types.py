@@ -20,9 +20,10 @@ class Record(BaseModel):
 
     @classmethod
     def from_tree(cls, tree: object) -> Self:
-        """Validate a tree of TOML tables; raises pydantic's ValidationError.
+        """Validate a tree of TOML tables; raise pydantic's ValidationError.
 
-        The tree goes through JSON, from which a strict record takes lists as tuples.
+        The tree is written as JSON first, because a strict record accepts lists as tuples only from
+        JSON.
         """
         return cls.model_validate_json(json.dumps(tree, default=str))
 
@@ -91,5 +92,5 @@ Speed = Annotated[float, Field(**SPEED.field)]
 SpeedRange = Annotated[tuple[Speed, Speed], AfterValidator(_rising)]
 #: List of increasing numbers, at least one.
 Increasing = Annotated[tuple[Item, ...], Field(min_length=1), AfterValidator(_strictly_increasing)]
-#: Variables of the state that a scene asks for.
+#: Names of the variables that a draw gives.
 VariableNames = Annotated[tuple[str, ...], Field(min_length=1), AfterValidator(_usable_variables)]

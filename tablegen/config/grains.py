@@ -1,7 +1,7 @@
-"""Named populations, from angular to well-rounded grains, as any configuration may state them.
+"""Named populations that a configuration may ask for, from angular to well-rounded grains.
 
-The names are those of sedimentology. Source: M. C. Powers, J. Sediment. Petrol. 23 (1953) 117-119;
-the shapes and aspect ratios that stand for them are ours.
+The names are those of sedimentology (M. C. Powers, J. Sediment. Petrol. 23 (1953) 117-119). The
+shapes and aspect ratios for each name are our choice.
 """
 
 from sampler.errors import InputError
@@ -11,7 +11,7 @@ from tablegen.config.scenes import Tree
 
 _CRUSHED = ("prism", "truncated-prism", "tetrahedron")
 
-#: Weights of shapes, mean and standard deviation of the aspect ratios.
+#: For each name: weights of the shapes, mean and standard deviation of the aspect ratios.
 _GRAINS: dict[str, tuple[dict[str, float], float, float]] = {
     "angular": (dict.fromkeys(_CRUSHED, 1.0), 0.8, 0.2),
     "subangular": ({**dict.fromkeys(_CRUSHED, 1.0), "ellipsoid": 3.0}, 0.8, 0.2),
@@ -25,7 +25,7 @@ GRAINS = tuple(_GRAINS)
 
 
 def named_population(name: str, field: str = "population") -> Tree:
-    """Write out a named population; refuse another name, given in a field."""
+    """Write out a named population; ``field`` is where the name was given, for an error."""
     if name not in _GRAINS:
         allowed = f"{', '.join(GRAINS)}, or a table [population]"
         raise InputError(f"{field}: got {shown(name)}, allowed: {allowed}")

@@ -1,4 +1,4 @@
-"""The contact laws of a pair at a few angles and speeds, to be looked at before a table is made."""
+"""The contact laws of a pair at a few angles and speeds, as a text to look at before generating."""
 
 import math
 
@@ -12,7 +12,7 @@ _ANGLES = (10.0, 30.0, 45.0, 60.0, 90.0)
 
 
 def law_text(config: Config) -> str:
-    """Write restitution and resistance of a contact below the centre of the particle."""
+    """Write restitution and resistance of a contact that is below the centre of the particle."""
     pair = config.pair
     law = pair.kernel_arguments(config.population.only_spheres)
     low, high = config.domain.speed
@@ -27,7 +27,7 @@ def law_text(config: Config) -> str:
         if not friction:
             oriented = isinstance(pair.resistance, OrientationResistance)
             value = (
-                law.factor * math.exp(law.strength * sine)  # its kernel runs compiled only
+                law.factor * math.exp(law.strength * sine)  # Python cannot call the kernel
                 if oriented
                 else resistance(law, sine, 1.0, 1.0, sine)
             )

@@ -1,7 +1,7 @@
-"""The numbers of accuracy: the one list that is declared, measured, judged, stored and shown.
+"""The metrics of accuracy, in one list for declaring, measuring, judging, storing and showing them.
 
-`tablegen.accuracy.metrics` measures `METRICS` on two samples, `tablegen.accuracy.chains` measures
-`CHAINS`. Importing this module loads nothing heavy.
+`tablegen.accuracy.metrics` measures `METRICS` on two samples, and `tablegen.accuracy.chains`
+measures `CHAINS`. Importing this module loads nothing heavy.
 """
 
 from collections.abc import Mapping
@@ -13,42 +13,42 @@ from typing import Any
 class Metric:
     """A distance between two samples of states."""
 
-    #: Full name, name in a sentence, and head of a column.
+    #: Full name, name within a sentence, and head of a column.
     label: str
     short: str
     head: str
     #: Largest distance that a table declares, by preset.
     presets: Mapping[str, float]
-    #: The same for the spin law, of particles that do not spin.
+    #: The same for the spin law, at impacts of particles that do not spin.
     spin_presets: Mapping[str, float]
-    #: Bounds of a declared distance, as pydantic names them: ``ge``, ``le``. The smaller it is, the
-    #: more states must be simulated.
+    #: Bounds of a declared distance, ``ge`` and ``le`` as pydantic names them. A smaller distance
+    #: takes more simulated states to measure.
     allowed: Mapping[str, Any]
     #: Distance of equal laws.
     least: float = 0.0
     #: Decimal places.
     digits: int = 4
-    #: Least distance above that of equal laws that can be told from noise.
+    #: Least distance above that of equal laws that is not noise.
     floor: float = 0.0
-    #: Whether a classifier finds it, which needs many states.
+    #: Whether a classifier measures it, which needs many states.
     learned: bool = False
-    #: Largest number of states a side in the refinement of the grid. None: all; such a metric is
-    #: cheap and is taken first.
+    #: Largest number of states on each side while the grid is refined. None for a metric that is
+    #: cheap: it is measured first, with all states.
     trial_states: int | None = None
-    #: Whether it counts on the edges of the grid too, or in the centres of cells only.
+    #: Whether it counts on the edges between nodes too, or only in the centres of cells.
     on_edges: bool = True
 
     @property
     def most(self) -> float:
-        """Largest distance there can be."""
+        """Largest distance that a table may declare."""
         return float(self.allowed.get("le", "inf"))
 
     def share(self, distance: float, allowed: float) -> float:
-        """Distance from equal laws in units of what is allowed."""
+        """Compute the distance from equal laws over the allowed distance from equal laws."""
         return (distance - self.least) / max(allowed - self.least, self.floor)
 
     def text(self, distance: float) -> str:
-        """Distance with its decimal places."""
+        """Write a distance with the decimal places of this metric."""
         return f"{distance:.{self.digits}f}"
 
 
@@ -70,8 +70,8 @@ METRICS: dict[str, Metric] = {
         spin_presets={"compact": 0.04, "standard": 0.02, "fine": 0.016},
         allowed={"ge": 1e-4, "le": 1e9},
         trial_states=400_000,
-        # near grazing its noise is two thirds of the standard limit, which would halve intervals
-        # that are good enough
+        # at grazing angles its noise is two thirds of the standard limit, so that intervals would
+        # be halved that are good enough
         on_edges=False,
     ),
     "correlation_error": Metric(
@@ -93,7 +93,7 @@ METRICS: dict[str, Metric] = {
         digits=3,
         floor=0.002,
         learned=True,
-        # a classifier learns more from more states, so AUC are compared at this number
+        # a classifier learns more from more states, so all AUCs are measured with this number
         trial_states=100_000,
     ),
 }
@@ -104,27 +104,27 @@ PRESETS: dict[str, dict[str, float]] = {
     for preset in ("compact", "standard", "fine")
 }
 
-#: The same of the spin law.
+#: The same for the spin law.
 SPIN_PRESETS: dict[str, dict[str, float]] = {
     preset: {name: metric.spin_presets[preset] for name, metric in METRICS.items()}
     for preset in PRESETS
 }
 
 
-def _of_chains(what: str) -> Metric:
-    """Make the metric of a number of chains of hits, whose limits no preset gives."""
-    return Metric(f"{what}, hits 2 to 60", what, what, {}, {}, {"ge": 1e-3, "le": 10.0})
+def _chain_metric(label: str) -> Metric:
+    """Make a metric of chains of hits; presets do not give their limits."""
+    return Metric(f"{label}, hits 2 to 60", label, label, {}, {}, {"ge": 1e-3, "le": 10.0})
 
 
-#: Numbers of the spin law along chains of hits, each the largest over all chains.
+#: Metrics of the spin law along chains of hits, each the largest over all chains.
 CHAINS: dict[str, Metric] = {
-    "chain_ks": _of_chains("KS of chains"),
-    "chain_energy": _of_chains("energy of chains"),
-    "chain_spin": _of_chains("squared spin of chains"),
-    "chain_angle": _of_chains("angle of chains"),
+    "chain_ks": _chain_metric("KS of chains"),
+    "chain_energy": _chain_metric("energy of chains"),
+    "chain_spin": _chain_metric("squared spin of chains"),
+    "chain_angle": _chain_metric("angle of chains"),
 }
 
-#: Largest distances of a table that does not state others.
+#: Limits of a table that does not state its own.
 CHAIN_LIMITS = {"chain_ks": 0.1, "chain_energy": 0.025, "chain_spin": 0.2, "chain_angle": 0.12}
 
 #: Prefix of the limits of the spin law beside those of the first-impact law.
@@ -132,7 +132,7 @@ SPIN = "spin_"
 
 
 def metric_of(limit: str) -> Metric:
-    """Find the metric that a limit is of."""
+    """Find the metric of a limit by the name of the limit."""
     return {**METRICS, **CHAINS}[limit.removeprefix(SPIN)]
 
 
@@ -146,9 +146,9 @@ def little_declared(declared: Mapping[str, float]) -> str:
 
 
 def worst_stored(datasets: Mapping[str, Any], group: str = "accuracy") -> dict[str, float]:
-    """Return the largest distance that a table file stores, of each limit that was measured.
+    """Find the largest distance that a table file stores, for each metric that was measured.
 
-    Datasets are given by path. The group of the spin law is "spin_accuracy".
+    ``datasets`` are given by path. The group of the spin law is "spin_accuracy".
     """
     stored = {name: datasets.get(f"{group}/{name}") for name in (*METRICS, *CHAINS)}
     return {k: float(v.max()) for k, v in stored.items() if v is not None and v.size}
@@ -162,9 +162,9 @@ def errors_text(values: Mapping[str, float]) -> str:
 def declared_accuracy(
     given: Mapping[str, Any], presets: Mapping[str, Mapping[str, float]] = PRESETS
 ) -> dict[str, Any]:
-    """Fill in the distances that ``[accuracy]`` of a configuration leaves to its preset, unchecked.
+    """Fill in the distances that ``[accuracy]`` of a configuration leaves to its preset.
 
-    For ``[spin_accuracy]``, `presets` are `SPIN_PRESETS`.
+    Nothing is checked. For ``[spin_accuracy]``, ``presets`` are `SPIN_PRESETS`.
     """
     preset = presets.get(str(given.get("preset", "standard")), presets["standard"])
     return {**preset, **given}

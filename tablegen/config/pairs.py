@@ -1,8 +1,8 @@
 """Material pairs: the laws of restitution and of resistance to sliding at one contact.
 
-`tablegen.model.contact_laws` and `tablegen.model.coulomb` have the kernel of each law;
-tables/LAWS.md shows how a file states it. At the contact point V_c is the velocity (m/s), v_c its
-normal component, and beta = asin(|v_c| / |V_c|) the impact angle from the wall.
+`tablegen.model.contact_laws` and `tablegen.model.coulomb` have the kernels of the laws, and
+tables/LAWS.md shows how a file states them. The contact point moves with V_c [m/s] and has the
+normal velocity v_c; beta = asin(|v_c| / |V_c|) is the impact angle at the contact, from the wall.
 """
 
 from typing import Annotated, Any, Literal, Self
@@ -18,10 +18,11 @@ from tablegen.config.field_types import Increasing, Line, Name, Positive, Record
 from tablegen.model import contact_laws as kernels
 from tablegen.model.float_array import FloatArray
 
-#: How far rounding may carry a restitution coefficient out of [0, 1].
+#: How far a restitution coefficient may be outside of [0, 1] by rounding.
 _ROUNDING = 1e-12
 
-#: Exponent of the abscissa of laws that ignore the speed: so small that two nodes span any range.
+#: Exponent of the abscissa of laws that do not depend on the speed. It is so small that two nodes
+#: are enough for any range.
 _FAINT = 0.01
 
 #: Restitution coefficient.
@@ -39,8 +40,8 @@ Reversals = tuple[Annotated[float, Field(ge=-1.0, le=1.0)], ...]
 class _Restitution(Record):
     """Base of the laws of a_nc, the ratio of the normal contact velocities after and before.
 
-    Whatever the contact speed and the angle, 0 <= a_nc <= 1; a law that can leave this range is
-    refused when it is read.
+    At any contact speed and angle, 0 <= a_nc <= 1. A law that can leave this range is refused when
+    it is read.
     """
 
     @property
@@ -49,14 +50,14 @@ class _Restitution(Record):
         return False
 
     def coordinate(self, speed: ArrayLike) -> FloatArray:
-        """Compute the abscissa for interpolation in impact speed, m/s.
+        """Compute the abscissa for interpolation in impact speed [m/s].
 
-        It falls strictly, and rebound statistics are nearly linear in it.
+        It decreases strictly with the speed, and rebound statistics are nearly linear in it.
         """
         return self._abscissa(np.asarray(speed, dtype=np.float64))
 
     def _abscissa(self, speed: FloatArray) -> FloatArray:
-        # Any abscissa serves a law without speed; with this one nodes at the ends are enough.
+        # a law without speed could use any abscissa; with this one, nodes at the ends are enough
         return speed**-_FAINT
 
 
@@ -100,8 +101,8 @@ class PolynomialRestitution(_Restitution):
     @classmethod
     def _physical(cls, coefficients: tuple[float, ...]) -> tuple[float, ...]:
         polynomial = np.polynomial.Polynomial(coefficients)
-        # Extremes lie at the ends or where the slope is zero; the grid stands in for turning
-        # points that a root finder loses to a vanishing leading coefficient.
+        # The extremes are at the ends or where the slope is zero. The grid is for turning points
+        # that the root finder misses if the leading coefficient is nearly zero.
         turns = polynomial.trim().deriv().roots().real
         grid = np.linspace(0.0, np.pi / 2, 2001)
         angles = np.append(grid, turns[(turns > 0.0) & (turns < np.pi / 2)])
@@ -129,8 +130,9 @@ class PowerRestitution(_Restitution):
 
         a_nc = min(1, coefficient (|v_c| / reference_speed)^(-exponent)).
 
-    The limit belongs to the law: the power alone grows without bound towards rest. Form: e.g.
-    K. L. Johnson, Contact Mechanics (1985), sec. 11.5, fully plastic impact, exponent 1/4.
+    The limit is part of the law, because the power alone grows without bound towards rest. Source
+    of the form: K. L. Johnson, Contact Mechanics (1985), section 11.5, fully plastic impact with
+    the exponent 1/4.
     """
 
     law: Literal["power"]
@@ -147,15 +149,15 @@ class PowerRestitution(_Restitution):
         return True
 
     def _abscissa(self, speed: FloatArray) -> FloatArray:
-        # proportional to a_nc at normal impact where that is below 1
+        # proportional to a_nc at normal impact, where a_nc is below 1
         return (speed / self.reference_speed) ** -self.exponent
 
 
 class TabulatedRestitution(_Restitution):
     """Restitution from a table over the angle and the speed of the contact.
 
-    Bilinear in beta and |V_c|, and constant beyond the ends of the table. An axis of one node
-    stands for no dependence on it.
+    It is bilinear in beta and |V_c|, and constant beyond the ends of the table. With one node on an
+    axis the law does not depend on that quantity.
     """
 
     law: Literal["tabulated"]
@@ -177,11 +179,11 @@ class TabulatedRestitution(_Restitution):
 
     @property
     def depends_on_speed(self) -> bool:
-        """Whether a_nc depends on the contact speed: where a row has two values."""
+        """Whether a_nc depends on the contact speed: whether a row has different values."""
         return any(len(set(row)) > 1 for row in self.value)
 
     def _abscissa(self, speed: FloatArray) -> FloatArray:
-        # the law is linear in the speed between its nodes, which are nodes of a table as well
+        # the law is linear in the speed between its nodes, and a table has these nodes too
         return -speed if self.depends_on_speed else super()._abscissa(speed)
 
 
@@ -195,15 +197,15 @@ RestitutionLaw = (
 
 
 class OrientationResistance(Record):
-    """Sliding resistance at the contact, from the particle's orientation.
+    """Sliding resistance at the contact that depends on the orientation of the particle.
 
     With r_c the contact point from the centre of mass and V_p the velocity of that centre before
     the collision,
 
         C_f = factor exp(strength r_c . V_p / (|r_c| |V_p|)).
 
-    Source: Panfilov and Tsirkunov (2022), eq. 7, where strength and factor are 1. Below zero the
-    resistance is least where the contact lies ahead of the motion, as at steep impact.
+    Source: Panfilov and Tsirkunov (2022), eq. 7, where strength and factor are 1. With a negative
+    strength the resistance is least where the contact lies ahead of the motion, as at steep impact.
     """
 
     law: Literal["exponential-orientation"]
@@ -213,7 +215,7 @@ class OrientationResistance(Record):
 
 
 class ConstantResistance(Record):
-    """The same sliding resistance at every contact: C_f = value; 0 lets contacts slide freely."""
+    """The same sliding resistance at every contact: C_f = value. With 0, contacts slide freely."""
 
     law: Literal["constant"]
     value: Resistance
@@ -223,13 +225,15 @@ class ConstantResistance(Record):
 class CoulombResistance(Record):
     """Coulomb friction with stick and slip, at every instant of a collision.
 
-    A contact that slides along e has dS_t = -dynamic e dS_n. One that has come to rest sticks if
-    |dS_t| <= static dS_n can hold it, and else slides anew. The restitution a_nc is then Stronge's
-    energetic one: its square is the part of the work of compression that is given back.
+    A contact that slides along e has dS_t = -dynamic e dS_n. A contact that has come to rest sticks
+    if |dS_t| <= static dS_n can hold it, and otherwise slides again. The restitution a_nc is then
+    Stronge's energetic restitution: its square is the share of the work of compression that is
+    given back.
 
-    A sphere that does not slide throughout leaves with -`tangential_restitution` times its
-    tangential contact velocity: [one number], or one for each of `angle_deg`, impact angles at
-    the contact, linear between them and constant beyond. Left out, it is 0: the sphere rolls.
+    A sphere that does not slide throughout the collision leaves with -`tangential_restitution`
+    times its tangential contact velocity. That is [one number], or one for each impact angle at the
+    contact in `angle_deg`, linear between them and constant beyond. By default it is 0, and the
+    sphere rolls.
 
     Sources: Stronge, Proc. R. Soc. Lond. A 431 (1990) 169-181; Walton & Braun, J. Rheol. 30 (1986)
     949-980; Foerster, Louge, Chang & Allia, Phys. Fluids 6 (1994) 1108-1115.
@@ -281,7 +285,7 @@ ResistanceLaw = OrientationResistance | ConstantResistance | TabulatedResistance
 
 
 def kernel_entries(law: RestitutionLaw | ResistanceLaw) -> dict[str, Any]:
-    """Return the entries of `LawArguments` that a law sets."""
+    """Return the entries of `tablegen.model.contact_laws.LawArguments` that a law sets."""
     match law:
         case ExponentialRestitution():
             entries = {"coefficient": law.coefficient, "exponent": law.exponent}
@@ -319,7 +323,7 @@ def kernel_entries(law: RestitutionLaw | ResistanceLaw) -> dict[str, Any]:
 class MaterialPair(Record):
     """Particle material, wall material, and the laws of their contact."""
 
-    #: Filled in where a scene refers to a pair by name.
+    #: Name of the pair file, if a scene refers to one.
     name: Name | None = None
     particle: Line
     wall: Line
@@ -339,9 +343,9 @@ class MaterialPair(Record):
         )
 
     def kernel_arguments(self, only_spheres: bool = True) -> kernels.LawArguments:
-        """Return the contact laws as plain numbers, for kernels.
+        """Return the contact laws as kernels take them, as numbers and arrays.
 
-        Raises `InputError` if they are laws of spheres and not all particles are.
+        Raises `InputError` if the laws are for spheres and not all particles are spheres.
         """
         given = getattr(self.resistance, "tangential_restitution", None)
         if given is not None and not only_spheres:

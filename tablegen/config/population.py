@@ -20,22 +20,22 @@ from tablegen.config.support_map_builder import SLACK
 from tablegen.model.model_bounds import ASPECT
 from tablegen.model.shapes import FIRST_MESH, MeshArguments, longest_list
 
-#: Least probability that the range of a truncated normal law must hold. Below it the normal
-#: quantile loses the digits that tell the ends of the range apart.
+#: Least probability of the range of a truncated normal law. With less, the two ends of the range
+#: would have the same normal quantile by rounding.
 _LEAST_MASS = 1e-6
 
-#: Mean aspect ratio above which ellipsoids are nearly round.
+#: Mean aspect ratio above which ellipsoids count as nearly round.
 _NEARLY_ROUND = 0.9
 
 Weight = Annotated[float, Field(ge=0.0, le=1e6)]
 
 
 class PopulationArguments(NamedTuple):
-    """A population as arrays and numbers, for kernels; n shapes and meshes."""
+    """A population of n shapes and meshes as kernels take it, as numbers and arrays."""
 
     #: (n,): codes of the shapes with positive weight, increasing; mesh k has `FIRST_MESH` + k.
     shape_codes: NDArray[np.int64]
-    #: (n,): running sum of their shares; the last is exactly 1.
+    #: (n,): cumulative sum of their shares; the last is exactly 1.
     cumulative_weights: NDArray[np.float64]
     #: Fraction of each half-edge at which a truncated prism's corners are cut.
     truncation: float
@@ -49,10 +49,10 @@ class PopulationArguments(NamedTuple):
 
 
 class TruncatedNormalAspect(Record):
-    """Both ratios independent, from one normal law cut to a range."""
+    """Both ratios independent, from the same normal law restricted to a range."""
 
     distribution: Literal["truncated-normal"]
-    #: Mean and standard deviation before the cut.
+    #: Mean and standard deviation of the normal law before it is restricted.
     mean: Annotated[float, Field(ge=-100.0, le=100.0)]
     standard_deviation: Annotated[float, Field(ge=1e-6, le=100.0)]
     range: AspectRange
@@ -87,7 +87,7 @@ class FixedAspect(Record):
         return np.array([(value, 0.0, 0.0, 1.0) for value in self.values], dtype=np.float64)
 
 
-#: The ratios of spheres.
+#: Ratios of spheres.
 _ROUND = FixedAspect(distribution="fixed", values=(1.0, 1.0))
 
 _WEIGHTS: dict[str, Any] = {
@@ -97,10 +97,10 @@ _Weights: Any = create_model("_Weights", __base__=Record, **_WEIGHTS)
 
 
 class ShapeWeights(_Weights):
-    """Weight of each shape; shares are weights over their sum, and zero leaves a shape out."""
+    """Weight of each shape. The share of a shape is its weight over the sum of all weights."""
 
     def positive(self) -> dict[str, float]:
-        """Shapes with positive weight, in the order of `SHAPE_CODES`."""
+        """Return the shapes with positive weight, in the order of `SHAPE_CODES`."""
         weights = self.model_dump(by_alias=True)
         return {name: weights[name] for name in SHAPE_NAMES if weights[name] > 0.0}
 
@@ -116,19 +116,19 @@ def _solid(vertices: Vertices) -> Vertices:
 class MeshShape(Record):
     """A convex particle given by its vertices."""
 
-    #: Name of the file the vertices come from, for the record only.
+    #: Name of the file from which the vertices were read, which is not opened again.
     file: Line | None = None
     #: Points whose convex hull is the particle, in any units and axes.
     vertices: Annotated[Vertices, AfterValidator(_solid)]
     weight: Weight = 1.0
 
     def particle(self) -> MeshParticle:
-        """Return the particle with its moments and its look-up; made once for equal vertices."""
+        """Return the particle with its moments and support map, made once for equal vertices."""
         return cached_particle(self.vertices)
 
 
 def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
-    """Concatenate meshes for kernels."""
+    """Put meshes one after another in arrays, for kernels."""
     maps = [particle.support_map for particle in particles]
     lengths = [(len(one.starts), len(one.points)) for one in maps]
     firsts = np.zeros((len(particles) + 1, 2), dtype=np.int64)
@@ -161,8 +161,8 @@ class Stratum(NamedTuple):
 class Population(Record):
     """Shapes and meshes with weights, aspect ratios, and the truncation of prisms."""
 
-    #: f in (0, 1): corners are cut through the points at f times the half-edge from the corner. The
-    #: default makes a regular truncated cube.
+    #: f in (0, 1): corners of a truncated prism are cut at f times the half-edge from the corner.
+    #: With the default a cube becomes a regular truncated cube.
     truncation: Annotated[float, Field(gt=0.0, lt=1.0)] = 2.0 - math.sqrt(2.0)
     shapes: ShapeWeights = ShapeWeights()
     #: Ratios of all shapes but spheres; meshes have their own.
@@ -238,8 +238,8 @@ class Population(Record):
             strata.append(Stratum(FIRST_MESH + k, mesh.weight / total, Population(meshes=(mesh,))))
         return tuple(strata)
 
-    def of_mesh(self, mesh: MeshFile) -> "Population":
-        """Give every particle the form of one mesh, from `tablegen.config.mesh.read_mesh`."""
+    def with_mesh(self, mesh: MeshFile) -> "Population":
+        """Give all particles the shape of one mesh, from `tablegen.config.mesh.read_mesh`."""
         meshes = (MeshShape(file=mesh.name, vertices=mesh.vertices),)
         return self.model_copy(update={"shapes": ShapeWeights(), "meshes": meshes})
 
@@ -258,9 +258,9 @@ class Population(Record):
         return self.model_copy(update={"aspect": aspect})
 
     def kernel_arguments(self) -> PopulationArguments:
-        """Return the population as arrays and numbers, for kernels.
+        """Return the population as kernels take it, as numbers and arrays.
 
-        Raises `InputError` if a shape needs aspect ratios and the population has no law of them.
+        Raises `InputError` if a shape needs aspect ratios and the population has no law for them.
         """
         if self.lacks_aspect:
             shapes = ", ".join(name for name in self.shapes.positive() if name != "sphere")

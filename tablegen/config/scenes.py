@@ -1,4 +1,4 @@
-"""Trees of TOML tables: read from text, and a scene's changes laid over a pair's."""
+"""Trees of TOML tables: parse a text, and lay the changes of a scene over the content of a pair."""
 
 import re
 import tomllib
@@ -21,10 +21,10 @@ _FORMS = {"shapes", "meshes"}
 
 
 def parse_toml(text: str, origin: str) -> Tree:
-    """Parse a TOML text; raises `InputError`, which begins with `origin`, for any other text."""
+    """Parse a TOML text; raise `InputError`, which begins with ``origin``, if it is not TOML."""
     try:
         tree = tomllib.loads(text)
-        deepcopy(tree)  # a RecursionError here and not later, of tables in tables without end
+        deepcopy(tree)  # tables nested too deeply raise their RecursionError here, and not later
         return tree
     except (ValueError, RecursionError) as error:
         lines, number = text.splitlines(), re.search(r"at line (\d+)", str(error))
@@ -33,14 +33,15 @@ def parse_toml(text: str, origin: str) -> Tree:
 
 
 def merged(base: Tree, changes: Tree) -> Tree:
-    """Lay a scene's changes over the content of a pair file; neither is modified.
+    """Lay the changes of a scene over the content of a pair file; neither is modified.
 
-    Tables are merged field by field, everything else is replaced, with four exceptions:
+    Tables are merged field by field, and anything else is replaced, with four exceptions:
 
-    - A table of another ``law``, ``distribution`` or ``preset`` replaces the old one whole.
-    - A changed range of the domain drops the nodes that were chosen for the old range.
-    - A ``dimension`` drops the variables that were listed for another.
-    - A population that names shapes or meshes has no others; its other fields stay.
+    - A table of another ``law``, ``distribution`` or ``preset`` replaces the old table as a whole.
+    - If a scene changes a range of the domain, the nodes that were chosen for the old range go.
+    - If a scene gives a ``dimension``, the variables that were listed for the old one go.
+    - If a scene names shapes or meshes of the population, the old shapes and meshes go. Other
+      fields of the population stay.
     """
     domain = changes.get("domain")
     if isinstance(domain, dict):
@@ -55,7 +56,7 @@ def merged(base: Tree, changes: Tree) -> Tree:
 
 
 def _without(tree: Tree, section: str, fields: set[str]) -> Tree:
-    """Leave some fields of a section out."""
+    """Return a tree in which some fields of a section are left out."""
     if not isinstance(tree.get(section), dict):
         return tree
     kept = {k: value for k, value in tree[section].items() if k not in fields}

@@ -20,7 +20,7 @@ from tablegen.config.metric_table import (
 
 
 def _fields_of(limits: Mapping[str, Metric]) -> dict[str, Any]:
-    """Return a field for each limit."""
+    """Make a field for each limit."""
     return {name: (Annotated[float, Field(**m.allowed)], ...) for name, m in limits.items()}
 
 
@@ -64,12 +64,12 @@ _Targets = TypeVar("_Targets", bound=Record)
 
 
 def asked_accuracy(declared: _Targets, text: str | None) -> _Targets:
-    """Read the accuracy that a law is held against: the declared one, changed by a text.
+    """Read the accuracy against which a law is judged: the declared one, changed by a text.
 
     The text has a preset, limits, or both, separated by commas: "fine", "ks=0.01,auc=0.56",
-    "standard,auc=0.6". A preset counts for both laws. Limits of the spin law begin with "spin_",
-    such as "spin_ks=0.03", and limits that are not named stay as declared. `InputError` says what
-    is wrong with the text.
+    "standard,auc=0.6". A preset applies to both laws. Limits of the spin law begin with "spin_",
+    such as "spin_ks=0.03". Limits that are not named stay as declared. Raises `InputError` if the
+    text cannot be read.
     """
     if text is None:
         return declared

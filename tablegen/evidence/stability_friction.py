@@ -104,7 +104,7 @@ def _run_law(
         changes["restitution"] = source | {"law": "constant", "value": e}
     # a study of the numerics: speeds at which a law was measured do not matter
     changed = config.with_changes({"pair": changes, "domain": {"extrapolate": True}})
-    arrays = DirectArrays.of(changed.pair, changed.population, changed.model)
+    arrays = DirectArrays.from_parts(changed.pair, changed.population, changed.model)
     rng = np.random.default_rng(seed)
     alpha, speed = np.radians(rng.uniform(0.5, 90.0, count)), rng.uniform(5.0, 300.0, count)
     spin = rng.standard_normal((count, 3))

@@ -45,7 +45,7 @@ class SimulatedRows:
         self._alpha = [check_impact_angle(a, "alpha_deg") for a in np.radians(self._alpha_deg)]
         self._shapes = config.population.strata()
         self._models = [
-            DirectModel.of_parts(config.pair, shape.population, config.model)
+            DirectModel.from_parts(config.pair, shape.population, config.model)
             for shape in self._shapes
         ]
         self._seed, self._threads = seed, threads

@@ -1,28 +1,57 @@
-"""The direct model of a rebound: numba kernels on floats and arrays, and nothing above them.
+"""The direct model of a rebound: kernels compiled by numba, and nothing above them.
 
-The files, in the order of a rebound:
+Where the physics is
+--------------------
+To change the physics, open the file of the right line; equation numbers are those of Panfilov &
+Tsirkunov 2022.
 
-1. Which particle, and how does it arrive?
-   random_particles  shape, aspect ratios and orientation, from random_numbers (Philox)
-   tumbling          orientation of a grain that turns with a given spin and inertia
-   impacts           angle, speed and spin of an impact, from the frame of the wall or of the lab
-   frames            vectors, and the frame of the wall in the lab; roughness: facets of a wall
-   shapes            vertices, moments of inertia and lowest point of the body
-2. rebound           collisions and flights, one after another, until the particle has left:
-   reach             how far the tumbling body can reach: where it starts, and when it has left
-   contact           when and where the body next touches the wall
-   rotation          how it turns meanwhile: free rotation of an asymmetric body, a Taylor series
-   contact_laws      what a contact gives back: a_nc (6) and C_f (7)
-   collision         the impulse of a contact, equations (1)-(5): the root of a cubic
-   coulomb           the same under Coulomb friction; sliding: its pieces
-rebound follows one particle, lockstep eight of a shape at a time, in the lanes of vector registers
-(simd), by the same functions; particle_run calls them for many. audit checks every collision and
-flight of a run against the laws in their defining form. elementary has functions with the same bits
-everywhere, model_bounds the allowed arguments, float_array a name for type hints. jit compiles, and
-parts makes that faster.
+====================  ==============================================================================
+file                  what it computes
+====================  ==============================================================================
+contact_laws          restitution a_nc, equation (6), and sliding resistance C_f, equation (7), and
+                      the other laws that a material pair may name
+collision             the impulse of one collision, equations (1) to (5): the root of a cubic
+coulomb, sliding      the same under Coulomb friction with stick and slip (Routh, Stronge)
+rotation              free rotation between collisions: Euler's equations as a Taylor series
+contact               when and where the turning body next touches the wall
+shapes                vertices and moments of inertia of the shapes; the lowest point of a body
+rebound               the sequence: collision, flight, collision, ... until the particle has left
+reach                 how far a tumbling body reaches: where its fall begins, when it has left
+tumbling              orientations of a grain that arrives with a given spin and inertia
+random_particles      shape, aspect ratios and orientation of a random particle
+roughness             the tilted facets of a rough wall that a particle meets
+impacts, frames       angle, speed and spin of an impact, from the frame of the wall or of the lab
+model_bounds          the arguments that the model accepts
+audit                 every collision and flight checked against the laws in their defining form
+====================  ==============================================================================
 
-Numbers are those of the paper (Panfilov & Tsirkunov 2022): lengths over a, the largest half-size,
-velocities over the impact speed V, angular velocities times a / V, mass one. A kernel takes those
-of one particle or of several in lanes, unless its docstring says otherwise: a shape such as (13,)
-stands for (13, WIDTH) too.
+`tests/reference/reference_model.py` has the same model once more, written to be read and not to be
+fast.
+
+The other files make the kernels fast and repeatable, and know nothing of the physics: jit and parts
+compile them, simd gives them vector registers, lockstep and particle_run call them for many
+particles, elementary and random_numbers give functions and random numbers with the same bits
+everywhere, float_array names a type.
+
+How a kernel is written
+-----------------------
+A function of the physics serves one particle and eight at once, in the lanes of vector registers.
+Its numbers are then floats or lanes, and its conditions are truth values or one for each lane. So
+
+- take ``select(condition, a, b)`` in place of ``a if condition else b``, and ``minimum``,
+  ``maximum`` and ``sqrt`` of `tablegen.model.simd`, which accept both;
+- repeat a loop while ``any_lane(searching)`` holds, and change only the lanes that still search;
+- read and write arrays by ``load`` and ``store``: the lanes are the last dimension, so an array
+  with the shape (13,) for one particle has the shape (13, WIDTH) for eight.
+
+Docstrings give the shapes for one particle. A law that cannot be written so, because it needs the
+C library or a search in a table, is computed lane by lane; see ``other_restitution`` in
+contact_laws for an example.
+
+Units
+-----
+Those of the paper: lengths over the largest half-size a, velocities over the impact speed V,
+angular velocities times a / V, mass one. Only laws of contact need m/s. Wall axes are x along the
+wall in the plane of the impact, y along the wall normal into the gas, z across both. Body axes are
+the principal axes.
 """

@@ -1,9 +1,20 @@
-"""Checks of every collision and flight against the laws they must obey.
+"""Checks of every collision and flight against the laws that they must obey.
 
-The audit recomputes each law from the motion before and after, in its defining form, and keeps the
-largest violation. It shares no intermediate result with the solver that it checks, only the contact
-laws, which are checked on their own. A collision under Coulomb friction is followed by small steps
-along its defining equations: `tablegen.model.coulomb` uses series in another variable.
+The audit computes each law again in its defining form, from the motion before and after, and keeps
+the largest violation:
+
+- energy does not grow, and J dW = r x S;
+- v_c+ = -a_nc v_c-, equation (6), and S_t opposes the mean tangential contact velocity in
+  proportion to C_f S_n, equations (5) and (7);
+- under Coulomb friction, a collision followed by small steps of Runge-Kutta's method along its
+  defining equations ends with the same velocity and the energetic restitution;
+- in flight, energy and angular momentum are constant.
+
+It shares no intermediate result with the solvers that it checks, only the contact laws, which have
+tests of their own. `tablegen.model.coulomb` follows a collision by series in another variable.
+
+Units: velocities in the impact speed V, lengths in a, mass one.
+Sources: Panfilov & Tsirkunov 2022, equations (1) to (7), and those of `tablegen.model.coulomb`.
 """
 
 import math
@@ -17,13 +28,14 @@ from tablegen.model.jit import inline_kernel, kernel
 ENERGY, ANGULAR, NORMAL, TANGENTIAL, PENETRATION, FLIGHT_ENERGY, FLIGHT_MOMENTUM = range(7)
 AUDIT_SIZE = 7
 
-#: Step over the least impulse that could turn or stop the slide.
+#: Length of a step over the least impulse that could turn or stop the slide.
 _STEP = 0.02
 
-#: Slide over the contact speed that counts as rest, and its turning that counts as none.
+#: Over the contact speed: the sliding velocity below which a contact rests, and the change of
+#: direction below which a slide is straight.
 _REST = 1e-11
 
-#: Share of a slide to rest that a step takes.
+#: Share of the impulse to rest that a straight step takes.
 _SHORT = 1.0 - 1e-6
 
 #: Number of secant steps to the end of compression.
@@ -32,7 +44,7 @@ _SECANTS = 8
 
 @inline_kernel
 def _row(motion, first):
-    """Three entries of a motion."""
+    """Read three entries of a motion."""
     return motion[first], motion[first + 1], motion[first + 2]
 
 
@@ -43,27 +55,27 @@ def _norm(a):
 
 @kernel
 def wall_vector(motion, a):
-    """Components along the wall axes x, y, z of a vector given in body axes."""
+    """Convert a vector from body axes to wall axes x, y, z."""
     n, x = _row(motion, 3), _row(motion, 6)
     return dot(a, x), dot(a, n), dot(a, cross(x, n))
 
 
 @kernel
 def contact_velocity(motion, point):
-    """Velocity of the material point ``point`` in wall axes, equation (2)."""
+    """Compute the velocity of the material point ``point`` in wall axes, equation (2)."""
     turning = wall_vector(motion, cross(_row(motion, 0), _row(point, 0)))
     return combine(1.0, _row(motion, 9), 1.0, turning)
 
 
 @inline_kernel
 def _momentum(moments, w):
-    """Angular momentum in body axes, for an angular velocity."""
+    """Compute the angular momentum in body axes from the angular velocity."""
     return moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]
 
 
 @kernel
 def total_energy(moments, motion):
-    """Kinetic energy per unit mass."""
+    """Compute the kinetic energy per unit mass."""
     w, v = _row(motion, 0), _row(motion, 9)
     return 0.5 * (dot(w, _momentum(moments, w)) + dot(v, v))
 
@@ -84,10 +96,10 @@ def _audit_torque(moments, point, before, after, audit):
 
 @kernel
 def _audit_resistance(law, speed, resolution, point, before, after, audit):
-    """Check equations (5)-(7).
+    """Check equations (5), (6) and (7).
 
-    Below the resolution the contact may leave with the resolution or, where that would add
-    energy, with its own speed.
+    If the rebound velocity by (6) is below the resolution, the contact may leave with the
+    resolution or, where that would add energy, with the speed of its approach.
     """
     s_x, s_y, s_z = _impulse(before, after)
     u0, v0, w0 = contact_velocity(before, point)
@@ -108,7 +120,7 @@ def _audit_resistance(law, speed, resolution, point, before, after, audit):
 
 @kernel
 def contact_mobility(moments, point, motion):
-    """Entries A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p at a contact point."""
+    """Compute the mobility at a contact point: A_xx, A_xy, A_xz, A_yy, A_yz, A_zz."""
     r, n, x = _row(point, 0), _row(motion, 3), _row(motion, 6)
     a, b, c = cross(r, x), cross(r, n), cross(r, cross(x, n))
     inverse = 1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2]
@@ -118,8 +130,8 @@ def contact_mobility(moments, point, motion):
 
 
 @inline_kernel
-def _holding(mobility):
-    """Tangential impulse over the normal one that holds a contact at rest, less its sign."""
+def _holding_impulse(mobility):
+    """Compute minus the tangential over the normal impulse that holds a contact at rest."""
     xx, xy, xz, _, yz, zz = mobility
     det = xx * zz - xz * xz
     return (zz * xy - xz * yz) / det, (xx * yz - xz * xy) / det
@@ -127,18 +139,18 @@ def _holding(mobility):
 
 @kernel
 def static_hold(mobility):
-    """Size of the tangential impulse over the normal one that holds a contact: |A_tt^-1 A_tn|."""
-    x, z = _holding(mobility)
+    """Compute |A_tt^-1 A_tn|, the tangential over the normal impulse that holds a contact."""
+    x, z = _holding_impulse(mobility)
     return math.hypot(x, z)
 
 
 @kernel
 def _rates(friction, mobility, state, holds):
-    """Rates in s of the contact velocity (u, v, w) and of the normal work."""
+    """Compute the rates in s of the contact velocity (u, v, w) and of the normal work."""
     xx, xy, xz, yy, yz, zz = mobility
     u, v, w, _ = state
     if holds:
-        f_x, f_z = _holding(mobility)
+        f_x, f_z = _holding_impulse(mobility)
         return 0.0, yy - xy * f_x - yz * f_z, 0.0, v
     slide = math.sqrt(u * u + w * w)
     f_x, f_z = friction * u / slide, friction * w / slide
@@ -146,38 +158,38 @@ def _rates(friction, mobility, state, holds):
 
 
 @kernel
-def _moved(a, h, b):
-    """Return a + h b, for states of four numbers."""
+def _sum_with_factor(a, h, b):
+    """Compute a + h b for states of four numbers."""
     return a[0] + h * b[0], a[1] + h * b[1], a[2] + h * b[2], a[3] + h * b[3]
 
 
 @kernel
-def _stepped(friction, mobility, state, holds, h):
-    """State after one step of the classical Runge-Kutta method."""
+def _state_after_step(friction, mobility, state, holds, h):
+    """Compute the state after one step of the classical Runge-Kutta method."""
     a = _rates(friction, mobility, state, holds)
-    b = _rates(friction, mobility, _moved(state, 0.5 * h, a), holds)
-    c = _rates(friction, mobility, _moved(state, 0.5 * h, b), holds)
-    d = _rates(friction, mobility, _moved(state, h, c), holds)
-    total = _moved(_moved(a, 2.0, b), 1.0, _moved(d, 2.0, c))
-    return _moved(state, h / 6.0, total)
+    b = _rates(friction, mobility, _sum_with_factor(state, 0.5 * h, a), holds)
+    c = _rates(friction, mobility, _sum_with_factor(state, 0.5 * h, b), holds)
+    d = _rates(friction, mobility, _sum_with_factor(state, h, c), holds)
+    total = _sum_with_factor(_sum_with_factor(a, 2.0, b), 1.0, _sum_with_factor(d, 2.0, c))
+    return _sum_with_factor(state, h / 6.0, total)
 
 
 @kernel
 def _least_work(friction, mobility, state, holds, after, h):
-    """Work where the normal velocity passes through zero on a step from below to above."""
+    """Compute the work where the normal velocity passes through zero on a step, upwards."""
     t = h
     for _ in range(_SECANTS):
         t *= state[1] / (state[1] - after[1])
-        after = _stepped(friction, mobility, state, holds, t)
+        after = _state_after_step(friction, mobility, state, holds, t)
     return after[3]
 
 
 @kernel
 def _straight_step(rates, state, left, size):
-    """Length of a step in which a slide keeps its direction, or 0 if it turns.
+    """Compute the length of a step in which a slide keeps its direction, or 0 if it turns.
 
-    It ends where the normal velocity is zero, and short of rest. A slide near rest whose direction
-    is settled may grow too slowly for small steps.
+    The step ends where the normal velocity is zero, and shortly before rest. Small steps alone
+    would take too long where a slide near rest grows slowly in a fixed direction.
     """
     slide = math.hypot(state[0], state[2])
     along = (rates[0] * state[0] + rates[2] * state[2]) / slide
@@ -189,11 +201,11 @@ def _straight_step(rates, state, left, size):
 
 
 @kernel
-def followed(static, dynamic, mobility, velocity, impulse):
-    """Contact velocity (u, v, w), work and least work at a normal impulse, by small steps.
+def state_after_impulse(static, dynamic, mobility, velocity, impulse):
+    """Follow a collision by small steps up to a normal impulse.
 
-    ``static`` and ``dynamic`` are the coefficients of friction; ``velocity`` is that before the
-    collision.
+    Returns the contact velocity (u, v, w), the work and the least work. ``static`` and ``dynamic``
+    are the coefficients of friction; ``velocity`` is the contact velocity before the collision.
     """
     xx, xy, _, _, yz, zz = mobility
     size = _norm(velocity)
@@ -206,19 +218,19 @@ def followed(static, dynamic, mobility, velocity, impulse):
         if slide <= _REST * size and not slips:
             holds = static_hold(mobility) <= static
             slips = not holds
-            # a slip grows from a push along the pull of the wall, and soon forgets it
+            # a slip begins with a small push along the pull of the wall, which it soon forgets
             push = _REST * size / math.hypot(xy, yz) if slips else 0.0
             state = push * xy, state[1], push * yz, state[3]
             slide = _REST * size
         rates = _rates(dynamic, mobility, state, holds)
         straight = 0.0 if holds else _straight_step(rates, state, left, size)
         if straight > 0.0:
-            u, v, w, work = _moved(state, straight, rates)
+            u, v, w, work = _sum_with_factor(state, straight, rates)
             state = u, v, w, work + 0.5 * straight * straight * rates[1]
             left, least = left - straight, min(least, state[3])
             continue
         h = left if holds else min(left, _STEP * slide / rate)
-        after = _stepped(dynamic, mobility, state, holds, h)
+        after = _state_after_step(dynamic, mobility, state, holds, h)
         if state[1] < 0.0 < after[1]:
             least = min(least, _least_work(dynamic, mobility, state, holds, after, h))
         state, left = after, left - h
@@ -230,8 +242,8 @@ def followed(static, dynamic, mobility, velocity, impulse):
 def _audit_coulomb(law, speed, resolution, moments, point, before, after, audit):
     """Check Coulomb's law along the collision, its cone, and the energetic restitution.
 
-    The work of the normal impulse must be the part of the work of compression that the restitution
-    leaves, or more, up to none: where the contact leaves with the resolution, or elastically.
+    The work of the normal impulse must be the share 1 - e^2 of the work of compression. It may be
+    closer to zero where the contact leaves with the resolution, or elastically.
     """
     s_x, s_y, s_z = _impulse(before, after)
     velocity = contact_velocity(before, point)
@@ -239,7 +251,7 @@ def _audit_coulomb(law, speed, resolution, moments, point, before, after, audit)
     size = _norm(velocity)
     a_nc = restitution(law, speed * size, -velocity[1] / size)
     mobility = contact_mobility(moments, point, before)
-    u, v, w, work, least = followed(law.strength, law.factor, mobility, velocity, s_y)
+    u, v, w, work, least = state_after_impulse(law.strength, law.factor, mobility, velocity, s_y)
     miss = work - (1.0 - a_nc * a_nc) * least
     if miss > 0.0:
         miss = min(miss, abs(v1 - resolution), abs(work))
@@ -254,14 +266,14 @@ def _audit_coulomb(law, speed, resolution, moments, point, before, after, audit)
 def audit_collision(law, speed, resolution, moments, point, before, after, audit):
     """Check one collision: energy, J dW = r x S, and the contact laws.
 
-    ``point`` (3,) is the contact, ``before`` and ``after`` (13,) the motion; the largest
+    ``point`` (3,) is the contact, ``before`` and ``after`` (13,) are the motion. The largest
     violations are kept in ``audit`` (AUDIT_SIZE,).
     """
     gain = total_energy(moments, after) - total_energy(moments, before)
     audit[ENERGY] = max(audit[ENERGY], gain)
     _audit_torque(moments, point, before, after, audit)
     _, v, _ = contact_velocity(before, point)
-    # a contact that approaches below the resolution follows the constant law instead
+    # a contact that approaches more slowly than the resolution follows the constant law instead
     if law.resistance_law == COULOMB and v <= -resolution:
         _audit_coulomb(law, speed, resolution, moments, point, before, after, audit)
     else:
@@ -270,7 +282,7 @@ def audit_collision(law, speed, resolution, moments, point, before, after, audit
 
 @kernel
 def audit_flight(moments, before, after, audit):
-    """Check a free flight: energy and angular momentum in wall axes, both relative."""
+    """Check that a flight keeps energy and angular momentum in wall axes, both relative."""
     energy = total_energy(moments, before)
     drift = abs(total_energy(moments, after) - energy) / energy
     audit[FLIGHT_ENERGY] = max(audit[FLIGHT_ENERGY], drift)

@@ -1,12 +1,24 @@
-"""One collision of a rigid particle with the wall, solved through one scalar equation.
+"""The impulse of one collision of a rigid particle with the wall.
 
-Paper: Panfilov & Tsirkunov 2022, equations (1)-(7). Given the normal impulse s = dv_p, the
-tangential contact equations (5) are linear; putting their solution into the normal equation
-leaves a cubic in s with one positive root. Nothing is iterated to a fixed point.
+The contact point moves with V_c before the collision. The impulse S changes its velocity by A S,
+with the mobility
 
-Vectors with index 0, 1, 2 are components along the wall axes x (tangential, impact plane),
-y (wall normal), z. The mobility has the six numbers A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of
-dV_c = A dV_p. The mass is one, so an impulse is a velocity change.
+    A = I - [r]x J^-1 [r]x                                        from equations (1) to (4)
+
+of the contact point r. The laws of contact ask for
+
+    A_yy S_y + A_yt . S_t = (1 + a_nc) |v_c|                      normal, "jump" below
+    S_t = -(C_f / |V_c|) S_y (u_t + (A S)_t / 2)                  tangential, equation (5)
+
+where t stands for the axes x and z along the wall, and u_t is the tangential part of V_c. For a
+given normal impulse s = S_y the tangential equations are linear. Their solution, put into the
+normal equation, leaves a cubic in s with one positive root. Nothing is iterated to a fixed point.
+
+Units: velocities over the impact speed V, mass one, so that an impulse is a change of velocity. All
+vectors are in wall axes x, y, z. A mobility is the six numbers A_xx, A_xy, A_xz, A_yy, A_yz, A_zz.
+
+Source: Panfilov & Tsirkunov, Tech. Phys. 2022, equations (1) to (5). The paper iterates them; the
+cubic is ours.
 """
 
 import math
@@ -14,18 +26,18 @@ import math
 from tablegen.model.jit import inline_kernel, kernel
 from tablegen.model.simd import any_lane, logical_not, maximum, minimum, select
 
-#: Relative Newton step after which the root is exact to rounding: the error of a step is the
-#: square of that of the one before.
+#: Relative Newton step after which the root is exact to rounding, because each step squares the
+#: error.
 CONVERGED = 1e-10
 
 
 @inline_kernel
 def tangential_impulse(s, k, mobility, u_t, w_t):
-    """Tangential impulse that goes with a normal impulse s.
+    """Compute the tangential impulse (S_x, S_z) that goes with a normal impulse s.
 
-    Solves (I + k s A_tt / 2) S_t = -k s (u_t + s A_tn / 2): the tangential equations (5) with the
-    change of the contact velocity, A_tt S_t + A_tn s, put in from (3) and (4). ``k`` is
-    C_f / |V_c|, (u_t, w_t) the tangential contact velocity before the collision.
+    It solves (I + k s A_tt / 2) S_t = -k s (u_t + s A_tn / 2), equation (5) with the change of the
+    contact velocity, A_tt S_t + A_tn s, from (3) and (4). ``k`` is C_f / |V_c|; (u_t, w_t) is the
+    tangential contact velocity before the collision.
     """
     axx, axy, axz, _, ayz, azz = mobility
     half = 0.5 * k * s
@@ -40,10 +52,10 @@ def tangential_impulse(s, k, mobility, u_t, w_t):
 
 @inline_kernel
 def impulse_cubic(k, jump, mobility, u_t, w_t):
-    """Coefficients c0..c3 of the cubic whose positive root is the normal impulse.
+    """Compute the coefficients c0, ..., c3 of the cubic whose positive root is the normal impulse.
 
-    It is the normal equation A_yy s + A_yt . S_t(s) = jump times det(I + k s A_tt / 2); the
-    leading coefficient k^2 det(A) / 4 and -c0 = jump are positive.
+    The cubic is the normal equation, A_yy s + A_yt . S_t(s) = jump, times det(I + k s A_tt / 2).
+    Its leading coefficient k^2 det(A) / 4 and -c0 = jump are positive, so there is a positive root.
     """
     axx, axy, axz, ayy, ayz, azz = mobility
     trace = axx + azz
@@ -62,10 +74,10 @@ def impulse_cubic(k, jump, mobility, u_t, w_t):
 
 @kernel
 def positive_root(c0, c1, c2, c3, start):
-    """Positive root of c0 + c1 s + c2 s^2 + c3 s^3 with c0 < 0 and c3 >= 0, from a guess > 0.
+    """Find the positive root of c0 + c1 s + c2 s^2 + c3 s^3 with c0 < 0 and c3 >= 0.
 
-    Newton's method kept inside a bracket; a step that leaves it is replaced by bisection, so
-    the search ends for any coefficients.
+    ``start`` is a positive guess. Newton's method is kept inside a bracket: a step that would leave
+    the bracket is replaced by bisection, so the search ends for any coefficients.
     """
     low = 0.0
     high = start
@@ -80,7 +92,7 @@ def positive_root(c0, c1, c2, c3, start):
         value = c0 + s * (c1 + s * (c2 + s * c3))
         slope = c1 + s * (2.0 * c2 + s * 3.0 * c3)
         step = select(slope == 0.0, math.inf, value / slope)
-        # in this form a NaN ends the search
+        # a comparison with NaN is false, so a NaN ends the search
         far = abs(step) > CONVERGED * s
         low = select(value < 0.0, s, low)
         high = select(value < 0.0, high, s)
@@ -96,10 +108,10 @@ def positive_root(c0, c1, c2, c3, start):
 
 @kernel
 def impulse(k, jump, mobility, u_t, w_t):
-    """Impulse (Su, Sv, Sw) that changes the normal contact velocity by ``jump`` > 0.
+    """Compute the impulse (S_x, S_y, S_z) that changes the normal contact velocity by ``jump`` > 0.
 
-    ``k`` is C_f / |V_c|, zero for a contact that slides freely, (u_t, w_t) the tangential contact
-    velocity before the collision.
+    ``k`` is C_f / |V_c|, zero for a contact that slides freely; (u_t, w_t) is the tangential
+    contact velocity before the collision.
     """
     c0, c1, c2, c3 = impulse_cubic(k, jump, mobility, u_t, w_t)
     s = positive_root(c0, c1, c2, c3, jump / mobility[3])
@@ -109,10 +121,11 @@ def impulse(k, jump, mobility, u_t, w_t):
 
 @inline_kernel
 def energy_gain(k, s, jump, approach):
-    """Energy gained in a collision: S . (V_c + dV_c / 2), per unit mass.
+    """Compute the energy gained in a collision per unit mass, S . (V_c + dV_c / 2).
 
-    The tangential part is -|S_t|^2 / (k s), never positive, and absent where nothing resists
-    sliding (k = 0); the normal part is s (v_c+ - |v_c-|) / 2 with v_c+ = jump - approach.
+    ``approach`` is |v_c| before the collision. The tangential part is -|S_t|^2 / (k s), never
+    positive, and absent where nothing resists sliding (k = 0); the normal part is s (v_c+ - |v_c-|)
+    / 2 with v_c+ = jump - approach.
     """
     s_x, s_y, s_z = s
     slides = k > 0.0
@@ -122,7 +135,7 @@ def energy_gain(k, s, jump, approach):
 
 @inline_kernel
 def mean_velocity(velocity, mobility, impulse):
-    """Mean of the contact velocities before and after a collision, V_c + A S / 2."""
+    """Compute the mean of the contact velocities before and after a collision, V_c + A S / 2."""
     u, v, w = velocity
     axx, axy, axz, ayy, ayz, azz = mobility
     s_x, s_y, s_z = impulse
@@ -135,12 +148,12 @@ def mean_velocity(velocity, mobility, impulse):
 
 @inline_kernel
 def energies_taken(velocity, mobility, impulse, normal):
-    """Energies that the normal and the tangential impulse of a collision take, per unit mass.
+    """Split the energy lost in a collision into the parts of the normal and tangential impulse.
 
-    Their sum is the loss of kinetic energy, -S . (V_c + dV_c / 2). By the contact laws neither is
-    negative. A bounce that was lifted to the resolution may gain energy from the normal impulse;
-    that is no law of a wall, and is taken off the tangential part. ``normal`` is minus the integral
-    of v_c dS_n along the collision.
+    Both are per unit mass, and their sum is the loss of kinetic energy, -S . (V_c + dV_c / 2). By
+    the contact laws neither is negative. If a bounce was lifted to the resolution, its normal
+    impulse may add energy. No wall does that, so the gain is subtracted from the tangential part.
+    ``normal`` is minus the integral of v_c dS_n along the collision.
     """
     u, v, w = mean_velocity(velocity, mobility, impulse)
     lost = -(impulse[0] * u + impulse[1] * v + impulse[2] * w)

@@ -1,16 +1,21 @@
-"""When and where a free particle next touches the wall.
+"""When and where a particle in free flight next touches the wall.
 
-The height of a material point is a polynomial of the flight series. Its acceleration is bounded,
-so from any instant there is a time before which no point can have reached the wall. The search
-moves by that time, never past a contact; next to a contact it converges like Newton's method.
+The height of a material point over the wall is y + p . n, with the height y of the centre, the
+point p in body axes and the wall normal n in body axes, which the flight series gives as a
+polynomial of time (`tablegen.model.rotation`). The acceleration of the point is bounded. So at any
+instant there is a time before which no point can reach the wall. The search advances by that time,
+never past a contact. Close to a contact it converges like Newton's method.
 
-A point at p from the centre has the height y + p . n, and n'' = n x W' + W (n . W) - n W^2. As
-(p . W)(n . W) is at least (p . n - |p|) W^2 / 2, it accelerates downwards by at most
+With n'' = n x W' + W (n . W) - n W^2, and with (p . W)(n . W) >= (p . n - |p|) W^2 / 2, a point
+accelerates downwards by at most
 
-    (|p| + p . n) W^2 / 2 + |p| |W'|,
+    (|p| + p . n) W^2 / 2 + |p| |W'|.
 
-little for a point low under the centre, which turns upwards. In a time s, p . n grows by at most
-|p| |W| s.
+That is little for a point low under the centre, which is on its way up. In a time s, p . n grows by
+at most |p| |W| s.
+
+Units: lengths in the half-size a, velocities in the impact speed V. The bounds are ours; the paper
+finds contacts by small steps.
 """
 
 import math
@@ -32,8 +37,8 @@ from tablegen.model.simd import (
     store,
 )
 
-#: Height, in units of a, below which a point counts as touching. The search overshoots a contact
-#: by no more than this.
+#: Height, in units of a, below which a point counts as touching. The search passes a contact by no
+#: more than this.
 CONTACT_HEIGHT = 1e-12
 
 #: Vertices within this height of the lowest one share its contact: an edge or face that lands flat.
@@ -45,7 +50,7 @@ TINY = 1e-300
 
 @no_refcount_inline_kernel
 def _normal_and_rate(series, t):
-    """Wall normal in body axes and its rate at time t, from the series."""
+    """Evaluate the wall normal in body axes and its rate at time t of the series."""
     n1, n2, n3 = load_three(series, NORMAL, ORDER)
     d1 = d2 = d3 = 0.0
     for k in range(ORDER - 1, -1, -1):
@@ -57,9 +62,10 @@ def _normal_and_rate(series, t):
 
 @inline_kernel
 def safe_time(gap, rate, acceleration, limit):
-    """Time, at most ``limit``, before which gap + rate t - acceleration t^2 / 2 stays positive.
+    """Compute the time before which gap + rate t - acceleration t^2 / 2 stays positive.
 
-    The parabola is concave: if it is positive at both ends of [0, limit], no root is needed.
+    It is at most ``limit``. The parabola is concave: if it is positive at both ends of [0, limit],
+    no root is needed.
     """
     clear = gap + limit * (rate - 0.5 * acceleration * limit) > 0.0
     length = sqrt(rate * rate + 2.0 * acceleration * gap)
@@ -71,7 +77,7 @@ def safe_time(gap, rate, acceleration, limit):
 
 @no_refcount_inline_kernel
 def _height_and_rate(points, i, n, d, height, v):
-    """Height over the wall of point ``i`` of a body, and its rate."""
+    """Compute the height over the wall of point ``i`` of a body, and its rate."""
     p1, p2, p3 = load(points, (i, 0)), load(points, (i, 1)), load(points, (i, 2))
     gap = fma(p3, n[2], fma(p2, n[1], fma(p1, n[0], height)))
     return gap, fma(p3, d[2], fma(p2, d[1], fma(p1, d[0], v)))
@@ -79,25 +85,26 @@ def _height_and_rate(points, i, n, d, height, v):
 
 @inline_kernel
 def _fall_bound(bounding_radius, bounds, height, limit):
-    """Bound on the downward acceleration of a vertex over a time ``limit``.
+    """Bound the downward acceleration of a vertex over a time ``limit``.
 
-    ``bounds`` are those on |W| and |W'|, ``height`` that of the centre. A vertex at height h over
-    the wall falls with at most the first number returned plus h times the second.
+    ``bounds`` are those on |W| and |W'|, ``height`` is that of the centre. Returns two numbers: a
+    vertex at the height h over the wall accelerates downwards by at most the first plus h times the
+    second.
     """
     turn, change = bounds
     half = 0.5 * turn * turn
-    # p . n = h - height, and its growth counts a third on average
+    # p . n is h - height, and its growth over the time counts a third in the distance fallen
     constant = bounding_radius * (half + half * turn * limit * (1.0 / 3.0) + change)
     return constant - half * height + TINY, half
 
 
 @no_refcount_inline_kernel
 def _safe_step(body, n, d, height, v, bounds, limit):
-    """Whether a vertex touches and approaches; the time before which none reaches the wall.
+    """Tell whether a vertex touches and approaches; and the time before which none can touch.
 
-    A touching vertex that does not approach counts as one at the contact height: it sinks by no
-    more than that. ``n`` and ``d`` are the wall normal in body axes and its rate, ``height`` and
-    ``v`` those of the centre, ``limit`` is the longest time of interest.
+    A vertex that touches but does not approach counts as one at the contact height, so it sinks by
+    no more than that. ``n`` and ``d`` are the wall normal in body axes and its rate, ``height`` and
+    ``v`` the height and the normal velocity of the centre, ``limit`` the longest time of interest.
     """
     count = most_candidates(body.counts)
     constant, share = _fall_bound(body.bounding_radius, bounds, height, limit)
@@ -112,8 +119,8 @@ def _safe_step(body, n, d, height, v, bounds, limit):
         lowest = select(lower, end, lowest)
         gap = select(lower, h, gap)
         rate = select(lower, r, rate)
-    # the vertex that would be lowest at the limit settles most cases; the few that are earlier
-    # correct it
+    # the vertex that would be lowest at the limit usually touches first; the loop below shortens
+    # the step where another vertex may touch earlier
     gap = maximum(gap, CONTACT_HEIGHT)
     step = safe_time(gap, rate, fma(share, gap, constant), limit)
     half = 0.5 * step
@@ -129,13 +136,13 @@ def _safe_step(body, n, d, height, v, bounds, limit):
 
 
 @no_refcount_kernel
-def search_polyhedron(body, series, y, v, bounds, span):
-    """Time of the first contact of a polyhedron within ``span``, or -1.
+def first_contact_of_polyhedron(body, series, y, v, bounds, span):
+    """Find the time of the first contact of a polyhedron within ``span``, or -1.
 
     ``y`` and ``v`` are the height and normal velocity of the centre now, ``bounds`` those on |W|
-    and |W'| (see rotation.rate_bounds).
+    and |W'| (`tablegen.model.rotation.rate_bounds`).
     """
-    # the candidates for a direction are complete until it has turned by the slack of their map
+    # the list of candidates is complete until the direction has turned by the slack of the map
     map_lifetime = body.support_map.slack / (bounds[0] + TINY)
     t = valid_until = 0.0
     lands = False
@@ -157,13 +164,13 @@ def search_polyhedron(body, series, y, v, bounds, span):
 
 
 @no_refcount_kernel
-def search_ellipsoid(body, series, y, v, bounds, span):
-    """Time of the first contact of an ellipsoid within ``span``, or -1.
+def first_contact_of_ellipsoid(body, series, y, v, bounds, span):
+    """Find the time of the first contact of an ellipsoid within ``span``, or -1.
 
-    Works with F = y^2 - |D n|^2, D = diag(1, b, c), which has the sign of the gap y - h and,
-    unlike it, second derivatives that stay bounded for flat and sharp bodies: with
-    E = diag(0, 1 - b^2, 1 - c^2), |D n|^2 is 1 - n . E n, and its second derivative at most
-    2 (1 - c^2) (|n'|^2 + |n''|).
+    It is the first zero of F = y^2 - |D n|^2 with D = diag(1, b, c), which has the sign of the gap
+    between wall and lowest point. Unlike those of the gap, its second derivatives stay bounded for
+    flat and sharp bodies: |D n|^2 is 1 - n . E n with E = diag(0, 1 - b^2, 1 - c^2), and its second
+    derivative is at most 2 (1 - c^2) (|n'|^2 + |n''|).
     """
     _, b, c = body.half
     b2, c2 = b * b, c * c
@@ -190,16 +197,16 @@ def search_ellipsoid(body, series, y, v, bounds, span):
 
 
 @no_refcount_inline_kernel
-def search(body, series, y, v, bounds, span):
-    """Time of the first contact of any body within ``span``, or -1."""
+def first_contact(body, series, y, v, bounds, span):
+    """Find the time of the first contact of any body within ``span``, or -1."""
     if body.candidates.shape[0] == 0:
-        return search_ellipsoid(body, series, y, v, bounds, span)
-    return search_polyhedron(body, series, y, v, bounds, span)
+        return first_contact_of_ellipsoid(body, series, y, v, bounds, span)
+    return first_contact_of_polyhedron(body, series, y, v, bounds, span)
 
 
 @no_refcount_inline_kernel
 def _ellipsoid_point(body, n1, n2, n3, point):
-    """Lowest point of an ellipsoid, -D^2 n / h; returns its depth h."""
+    """Write the lowest point of an ellipsoid, -D^2 n / h; return its depth h under the centre."""
     _, b, c = body.half
     m2, m3 = b * n2, c * n3
     depth = sqrt(n1 * n1 + m2 * m2 + m3 * m3)
@@ -211,7 +218,7 @@ def _ellipsoid_point(body, n1, n2, n3, point):
 
 @no_refcount_inline_kernel
 def _centre_of_ties(body, n, d, v, lowest, fastest):
-    """Sum and number of the vertices as low as the lowest that rise slower than ``fastest``."""
+    """Sum up and count the vertices as low as ``lowest`` that rise slower than ``fastest``."""
     s1 = s2 = s3 = ties = 0.0
     for i in range(most_candidates(body.counts)):
         h, r = _height_and_rate(body.candidates, i, n, d, 0.0, v)
@@ -243,7 +250,7 @@ def contact_point(body, motion, y, v, point):
     total, ties = _centre_of_ties(body, n, d, v, lowest, 0.0)
     none_approaching = ties == 0.0
     if any_lane(none_approaching):
-        # rounding may leave none that approaches, where the last of them is just turning
+        # by rounding, none may approach where the last vertex that did is just turning upwards
         all_sum, all_count = _centre_of_ties(body, n, d, v, lowest, math.inf)
         total = select_three(none_approaching, all_sum, total)
         ties = select(none_approaching, all_count, ties)

@@ -1,10 +1,22 @@
-"""Contact laws: restitution of the normal contact velocity, resistance to sliding.
+"""Contact laws: restitution a_nc of the normal contact velocity, and resistance C_f to sliding.
 
-Each law is a small kernel. `restitution` and `resistance` pick the one that a material pair names,
-by a number that is the same for every collision of a run, so the branch is always predicted and
-one compiled model serves all pairs. The paper's laws take the numbers of one particle or of lanes
-(see `tablegen.model.simd`); the others are worked out lane by lane. Coulomb's law of friction is
-no coefficient of a whole collision; `tablegen.model.coulomb` has it.
+The laws of the paper, for a contact point r_c from the centre, which moves with V_c and has the
+normal velocity v_c, and a centre that moves with V_p:
+
+    a_nc = 1 - [1 - exp(-coefficient |V_c|^exponent)] |v_c| / |V_c|        equation (6)
+    C_f = factor exp(strength r_c . V_p / (|r_c| |V_p|))                   equation (7)
+
+tables/LAWS.md has the other laws, and tablegen/config/pairs.py their fields in files.
+
+`restitution` and `resistance` pick the law that a material pair names, by a number that is the same
+for every collision of a run. So the processor predicts the branch, and one compiled model serves
+all pairs. Laws that need the C library or a search in a table are computed lane by lane. Coulomb's
+law of friction has no coefficient for a whole collision; it is in `tablegen.model.coulomb`.
+
+Units: speeds of contacts in m/s for a_nc, in units of the impact speed V for C_f, which depends on
+their direction only; angles in rad.
+
+Source: Panfilov & Tsirkunov, Tech. Phys. 2022, equations (6) and (7).
 """
 
 import math
@@ -29,7 +41,7 @@ from tablegen.model.simd import extract, insert, select, width
 class LawArguments(NamedTuple):
     """Contact laws of a pair as kernels take them, made by `MaterialPair.kernel_arguments`.
 
-    A law reads only the entries that it uses.
+    Each law reads only the entries that it uses.
     """
 
     #: Restitution: coefficient of the exponential or the power law, or the constant itself.
@@ -56,10 +68,11 @@ class LawArguments(NamedTuple):
 def pack_table(
     angle: NDArray[np.float64], speed: NDArray[np.float64], value: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Lay a table of coefficients out as `tabulated_coefficient` reads it.
+    """Pack a table of coefficients into one array, as `tabulated_coefficient` reads it.
 
-    Of increasing angles (n,) at the contact [rad], increasing contact speeds (m,) [m/s] and values
-    (n, m): sizes n and m, angles, speeds, values row by row.
+    ``angle`` (n,) are increasing impact angles at the contact [rad], ``speed`` (m,) increasing
+    contact speeds [m/s], ``value`` is (n, m). The array has n, m, the angles, the speeds, and the
+    values row by row.
     """
     sizes = np.array(value.shape, dtype=np.float64)
     return np.concatenate([sizes, angle, speed, value.ravel()])
@@ -67,7 +80,7 @@ def pack_table(
 
 @inline_kernel
 def exponential_restitution(coefficient, exponent, contact_speed, cosine):
-    """Restitution coefficient a_nc of the normal contact velocity, equation (6).
+    """Compute the restitution coefficient a_nc of the normal contact velocity, equation (6).
 
     ``contact_speed`` is |V_c| [m/s], ``cosine`` |v_c| / |V_c|; corundum on steel has the constants
     0.1 and 0.61.
@@ -77,14 +90,14 @@ def exponential_restitution(coefficient, exponent, contact_speed, cosine):
 
 @inline_kernel
 def impact_angle(cosine):
-    """Impact angle beta at the contact, measured from the wall [rad], for |v_c| / |V_c|."""
-    # rounding may leave the ratio a hair above one, where the arc sine is not a number
+    """Compute the impact angle at the contact [rad], from the wall, from |v_c| / |V_c|."""
+    # by rounding the ratio may exceed one, where the arc sine would be NaN
     return math.asin(min(cosine, 1.0))
 
 
 @no_refcount_inline_kernel
 def polynomial_restitution(coefficients, angle):
-    """Restitution coefficient c_0 + c_1 beta + c_2 beta^2 + ... of the angle beta [rad]."""
+    """Compute the restitution coefficient c_0 + c_1 beta + c_2 beta^2 + ..., beta in rad."""
     value = 0.0
     for i in range(coefficients.size - 1, -1, -1):
         value = value * angle + coefficients[i]
@@ -93,21 +106,21 @@ def polynomial_restitution(coefficients, angle):
 
 @inline_kernel
 def power_restitution(coefficient, exponent, normal_speed):
-    """Restitution coefficient min(1, coefficient |v_c|^(-exponent)), speed in m/s.
+    """Compute the restitution coefficient min(1, coefficient |v_c|^(-exponent)), speed in m/s.
 
-    The power law grows without bound towards rest, where an elastic contact is the most there can
-    be.
+    Towards rest the power alone grows without bound. A contact can be no more than elastic.
     """
-    # in this form no speed divides by zero or overflows
+    # comparing before dividing avoids a division by zero and an overflow at low speeds
     loss = normal_speed**exponent
     return coefficient / loss if loss > coefficient else 1.0
 
 
 @no_refcount_inline_kernel
 def table_cell(numbers, first, count, x):
-    """Lower node and weight of the upper one for x among ``count`` nodes from ``first`` on.
+    """Find the interval of x among ``count`` nodes from ``first`` on.
 
-    Beyond the ends the weight is that of the end itself.
+    Returns the lower node and the weight of the upper node. Beyond an end they are those of the
+    end.
     """
     if count == 1 or x <= numbers[first]:
         return 0, 0.0
@@ -126,10 +139,10 @@ def table_cell(numbers, first, count, x):
 
 @no_refcount_kernel
 def tabulated_coefficient(numbers, angle, contact_speed):
-    """Coefficient of restitution or of resistance from a table: bilinear, constant beyond the ends.
+    """Interpolate a coefficient of restitution or resistance: bilinear, constant beyond the ends.
 
-    ``numbers`` come from `pack_table`, ``angle`` [rad] is that at the contact, from the wall,
-    ``contact_speed`` |V_c| [m/s].
+    ``numbers`` come from `pack_table`; ``angle`` is the impact angle at the contact [rad],
+    ``contact_speed`` is |V_c| [m/s].
     """
     angles, speeds = int(numbers[0]), int(numbers[1])
     i, p = table_cell(numbers, 2, angles, angle)
@@ -145,9 +158,9 @@ def tabulated_coefficient(numbers, angle, contact_speed):
 
 @no_refcount_kernel
 def other_restitution(law, contact_speed, cosine):
-    """Restitution coefficient by a law that is not the exponential one.
+    """Compute the restitution coefficient of one particle by a law other than the exponential one.
 
-    Not inlined, so that the path of the most common law stays short.
+    It is not inlined, so that the code of the most common law stays short.
     """
     if law.restitution_law == POLYNOMIAL:
         return polynomial_restitution(law.numbers, impact_angle(cosine))
@@ -160,7 +173,7 @@ def other_restitution(law, contact_speed, cosine):
 
 @no_refcount_kernel
 def _each_other_restitution(law, contact_speed, cosine):
-    """Restitution coefficients of lanes by a law that is not the exponential one."""
+    """Compute restitution coefficients of all lanes by a law other than the exponential one."""
     value = cosine
     for i in range(width(cosine)):
         coefficient = other_restitution(law, extract(contact_speed, i), extract(cosine, i))
@@ -170,10 +183,10 @@ def _each_other_restitution(law, contact_speed, cosine):
 
 @no_refcount_inline_kernel
 def restitution(law, contact_speed, cosine):
-    """Restitution coefficient a_nc of the normal contact velocity, by the law of the pair.
+    """Compute the restitution coefficient a_nc of the normal contact velocity by the pair's law.
 
-    ``contact_speed`` is |V_c| [m/s], ``cosine`` |v_c| / |V_c|, the sine of the impact angle at the
-    contact.
+    ``contact_speed`` is |V_c| [m/s]; ``cosine`` is |v_c| / |V_c|, the cosine of the angle between
+    V_c and the normal, or the sine of the impact angle at the contact.
     """
     if law.restitution_law == EXPONENTIAL:
         return exponential_restitution(law.coefficient, law.exponent, contact_speed, cosine)
@@ -182,10 +195,11 @@ def restitution(law, contact_speed, cosine):
 
 @inline_kernel
 def orientation_resistance(strength, r_dot_v, r_length, speed):
-    """Coefficient C_f of resistance to sliding, equation (7); a resting centre gives one.
+    """Compute the resistance to sliding by the exponential of equation (7).
 
-    ``strength`` is 1 in equation (7); ``r_dot_v`` is r_c . V_p, of the contact point from the
-    centre and the velocity of the centre, ``r_length`` and ``speed`` are |r_c| and |V_p|.
+    ``strength`` is 1 in equation (7); ``r_dot_v`` is r_c . V_p, with the contact point from the
+    centre and the velocity of the centre; ``r_length`` and ``speed`` are |r_c| and |V_p|. If the
+    centre rests, the result is 1.
     """
     moves = speed > 0.0
     cosine = select(moves, r_dot_v / (r_length * select(moves, speed, 1.0)), 0.0)
@@ -194,7 +208,7 @@ def orientation_resistance(strength, r_dot_v, r_length, speed):
 
 @no_refcount_kernel
 def tabulated_resistance(law, cosine):
-    """Numbers of lanes from the table of resistances, which has one speed."""
+    """Interpolate the table of resistances in each lane; it has one speed."""
     value = cosine
     for i in range(width(cosine)):
         angle = impact_angle(extract(cosine, i))
@@ -204,10 +218,10 @@ def tabulated_resistance(law, cosine):
 
 @no_refcount_inline_kernel
 def resistance(law, r_dot_v, r_length, speed, cosine):
-    """Coefficient C_f of resistance to sliding, by the law of the pair.
+    """Compute the coefficient C_f of resistance to sliding by the pair's law.
 
-    Arguments as in `orientation_resistance`, and ``cosine`` as in `restitution`. Coulomb's law has
-    none: `tablegen.model.coulomb` follows each collision by it.
+    Arguments are those of `orientation_resistance`, and ``cosine`` of `restitution`. Under
+    Coulomb's law there is no C_f; `tablegen.model.coulomb` follows each collision.
     """
     if law.resistance_law == ORIENTATION:
         return law.factor * orientation_resistance(law.strength, r_dot_v, r_length, speed)

@@ -1,30 +1,33 @@
-"""One collision under Coulomb friction, followed over the growing normal impulse (Routh's method).
+"""The impulse of one collision under Coulomb friction, by Routh's method.
 
-With the contact velocity V_c = V_c- + A S, the mobility A and the normal impulse s = S_n as the
-variable, the tangential impulse obeys Coulomb's law at every instant of the collision:
+The collision is followed while the normal impulse s = S_n grows. With the mobility A, the contact
+velocity is V_c = V_c- + A S. The tangential impulse obeys Coulomb's law at every instant of the
+collision:
 
 - a contact that slides along e has dS_t/ds = -mu_d e;
-- where sliding has come to rest, the contact sticks if the impulse that holds it lies within the
-  static cone, |A_tt^-1 A_tn| <= mu_s: dS_t/ds = -A_tt^-1 A_tn, which does not change any more;
-- else it slides anew, along the one direction e in which sliding from rest keeps its direction:
+- once sliding has come to rest, the contact sticks if the impulse that holds it is inside the
+  static cone, |A_tt^-1 A_tn| <= mu_s. Then dS_t/ds = -A_tt^-1 A_tn until the end;
+- otherwise it slides again, along the only direction e that sliding from rest keeps:
   A_tn - mu_d A_tt e = f e with f > 0.
 
-While it slides, du/ds = -A_tt grad(mu_d |u| - b . u) with b = A_tt^-1 A_tn. The bracket is convex,
-so two solutions never part in the metric of A_tt^-1: the path is unique, rest is reached if and
-only if |b| <= mu_d (or sliding goes straight against b), and errors made on the way do not grow.
+While the contact slides, du/ds = -A_tt grad(mu_d |u| - b . u) with b = A_tt^-1 A_tn. The bracket is
+convex, so two solutions never move apart in the metric of A_tt^-1. So the path is unique, numerical
+errors do not grow along it, and sliding comes to rest if and only if |b| <= mu_d, or if it goes
+straight against b.
 
-The normal impulse does the work w(s), the integral of v_c. The collision ends with Stronge's
-energetic restitution: the part e^2 of the work of compression is recovered,
+The normal impulse does the work w(s), the integral of v_c. The collision ends by Stronge's
+energetic restitution e = a_nc: the share e^2 of the work of compression is given back,
 
     w = (1 - e^2) min w.
 
-Energy is changed by w <= 0 and by the work of friction, -mu_d times the integral of |u|: it never
-grows, whatever the body. In central contacts e is the ratio of normal velocities.
+The energy changes by w <= 0 and by the work of friction, -mu_d times the integral of |u|. So it
+never grows, whatever the body. In central contacts e is the ratio of normal velocities.
 
 Sources: Routh, Dynamics of a System of Rigid Bodies (1860), Part I, ch. 5; Keller, J. Appl. Mech.
 53 (1986) 1; Stronge, Proc. R. Soc. Lond. A 431 (1990) 169; Batlle, J. Appl. Mech. 63 (1996) 804.
 
-The mass is one.
+Units: velocities in the impact speed V, mass one, so that impulses are changes of velocity. Vectors
+are in wall axes. `tablegen.model.sliding` has the pieces of the path.
 """
 
 import math
@@ -39,43 +42,44 @@ from tablegen.model.sliding import (
     SLIDE_X,
     SLIDE_Z,
     WORK,
+    change_on_piece,
     expand_sliding,
-    gained,
-    put_line,
     sliding_span,
-    slope,
+    slope_on_piece,
+    store_line,
     straight_piece,
 )
 
-#: Relative Newton step after which a root is exact to rounding: the error of a step is the square
-#: of that of the one before.
+#: Relative Newton step after which a root is exact to rounding, because each step squares the
+#: error.
 CONVERGED = 1e-9
 
-#: Halvings of an interval, down to rounding.
+#: Bisections after which an interval is as short as rounding.
 HALVINGS = 53
 
-#: Rate dv_c/ds that counts as none where the normal velocity has a turning point.
+#: Rate dv_c/ds below which the normal velocity counts as constant.
 FLAT = 1e-9
 
-#: Pieces after which a path that has not ended is given up. It is an alarm, not a cap: the impulse
-#: is NaN, and the caller must raise. The longest path met in some million rebounds had 150 pieces;
-#: of blades with ratios of 0.02, 279.
+#: Pieces after which a path is given up. It is an alarm, not a cap: the impulse is NaN, and the
+#: caller must raise an error. The longest path in some million rebounds had 150 pieces, and 279 for
+#: blades with ratios of 0.02.
 PIECE_ALARM = 100_000
 
 
 class Ending(NamedTuple):
-    """When a collision ends: ``loss`` = 1 - e^2, and the least normal velocity, positive."""
+    """When a collision ends: ``loss`` = 1 - e^2, ``resolution`` the least normal velocity, > 0."""
 
     loss: float
     resolution: float
 
 
 class Path(NamedTuple):
-    """State of a collision since it began.
+    """State of a collision at some normal impulse.
 
-    Present tangential contact velocity and its changes, normal impulse, present normal contact
-    velocity, work of the normal impulse and its minimum so far, whether the contact is compressed.
-    Of a slide that is nearly at rest, the changes have lost the direction to rounding.
+    ``u, w``: tangential contact velocity; ``x, z``: its change since the collision began, which is
+    kept beside the velocity because a velocity near rest loses its digits; ``impulse``: normal
+    impulse; ``v``: normal contact velocity; ``work``: of the normal impulse; ``least``: minimum of
+    the work so far; ``compresses``: whether the contact is still being compressed.
     """
 
     u: float
@@ -90,74 +94,80 @@ class Path(NamedTuple):
 
 
 @inline_kernel
-def _begin(velocity):
-    """Path of no impulse."""
+def _path_at_start(velocity):
+    """Make the path at the beginning of a collision."""
     u, v, w = velocity
     none = 0.0 * v
     return Path(u, w, none, none, none, v, none, none, v < 0.0)
 
 
 @no_refcount_inline_kernel
-def _piece(friction, mobility, velocity, size, series):
-    """Write the next piece; its length, whether it leads to rest, growth of s in its variable."""
+def _write_piece(friction, mobility, velocity, size, series):
+    """Write the series of the next piece.
+
+    Returns the length of the piece, whether it leads to rest, and the rate ds/dt of the impulse in
+    the variable of the piece at its start.
+    """
     line, turns = straight_piece(friction, mobility, velocity, size)
     length, growth = line.length, 1.0 + 0.0 * size
     if any_lane(turns):
         axx, axy, _, _, ayz, azz = mobility
-        # lanes that do not turn may be at rest, which has no series
+        # a lane that does not turn may be at rest, where the series does not exist
         u = select(turns, velocity[0], size)
         expand_sliding(friction.dynamic, mobility, (u, velocity[1], velocity[2]), series)
         rate = sqrt(axy * axy + ayz * ayz) + friction.dynamic * (axx + azz)
         span = sliding_span(series, rate, PATH_TOLERANCE * size)
         length = select(turns, span, length)
-        growth = select(turns, slope(series, IMPULSE, 0.0 * size), growth)
-    put_line(series, velocity, line.rates, turns)
+        growth = select(turns, slope_on_piece(series, IMPULSE, 0.0 * size), growth)
+    store_line(series, velocity, line.rates, turns)
     return length, line.stops & logical_not(turns), growth
 
 
 @no_refcount_kernel
 def _turning_point(series, v, first, turns, length, where):
-    """Where the normal velocity of a piece has its extreme, or falls to zero; by bisection.
+    """Find by bisection where the normal velocity on a piece has its extreme, or falls to zero.
 
-    ``v`` and ``first`` are the normal velocity at the start and its slope there; in the lanes
-    ``turns`` the velocity has an extreme. Lanes outside of ``where`` keep their length.
+    ``v`` and ``first`` are the normal velocity and its slope at the start. In the lanes ``turns``
+    the velocity has an extreme, in the others it falls to zero. Lanes outside of ``where`` keep
+    their length.
     """
     low, high = 0.0 * length, length
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        above = v + gained(series, NORMAL_VELOCITY, middle)
-        value = select(turns, first * slope(series, NORMAL_VELOCITY, middle), above)
+        above = v + change_on_piece(series, NORMAL_VELOCITY, middle)
+        value = select(turns, first * slope_on_piece(series, NORMAL_VELOCITY, middle), above)
         low, high = select(value > 0.0, middle, low), select(value > 0.0, high, middle)
     return select(where, high, length)
 
 
 @no_refcount_inline_kernel
-def _monotone(series, v, growth, length, going):
+def _shorten_to_monotone(series, v, growth, length, going):
     """Shorten a piece so that its normal velocity only rises, or only falls and not below zero.
 
-    Then its value at the end tells whether compression or the collision ends on the piece. It falls
-    where a contact jams: friction drives it into the wall. Returns the length, whether the velocity
-    falls, and whether it falls to zero.
+    Then the value at the end tells whether the compression or the collision ends on the piece. The
+    normal velocity falls where a contact jams, because friction drives it into the wall. Returns
+    the length, whether the velocity falls, and whether it falls to zero.
     """
-    first = slope(series, NORMAL_VELOCITY, 0.0 * length)
-    last = slope(series, NORMAL_VELOCITY, length)
+    first = slope_on_piece(series, NORMAL_VELOCITY, 0.0 * length)
+    last = slope_on_piece(series, NORMAL_VELOCITY, length)
     turns = going & (first * last < 0.0)
     turns = turns & (minimum(abs(first), abs(last)) > FLAT * growth)
-    end = v + gained(series, NORMAL_VELOCITY, length)
+    end = v + change_on_piece(series, NORMAL_VELOCITY, length)
     sinks = going & logical_not(turns) & (v > 0.0) & (end < 0.0)
     if any_lane(turns | sinks):
         length = _turning_point(series, v, first, turns, length, turns | sinks)
-        end = v + gained(series, NORMAL_VELOCITY, length)
+        end = v + change_on_piece(series, NORMAL_VELOCITY, length)
     return length, end < v, sinks
 
 
 @inline_kernel
 def _progress(ending, path, falls, v, work):
-    """Signed distance from the end of compression, or of the collision: below zero before it.
+    """Compute the signed distance from the end of compression, or of the collision.
 
-    In compression it is the velocity. The collision ends where the work has reached its part and
-    the velocity the resolution, but no later than an elastic one. ``path`` is at the start of the
-    piece: a velocity that falls from below the resolution does not reach it there.
+    It is negative before that end. During compression it is the normal velocity. Afterwards the
+    collision ends when the work has given back its share and the velocity has reached the
+    resolution, but no later than an elastic collision would. ``path`` is the state at the start of
+    the piece: a velocity that falls from below the resolution cannot reach it on this piece.
     """
     part = work - ending.loss * path.least
     part = select(falls, part, minimum(part, v - ending.resolution))
@@ -167,7 +177,7 @@ def _progress(ending, path, falls, v, work):
 
 @inline_kernel
 def _straight_guess(ending, path, rate):
-    """Guess the normal impulse to the next event: the normal velocity rises on at its rate."""
+    """Guess the normal impulse to the next event from the present rate of the normal velocity."""
     rises = rate > 0.0
     rate = select(rises, rate, 1.0)
     start = maximum(path.v, 0.0)
@@ -180,27 +190,30 @@ def _straight_guess(ending, path, rate):
 
 @no_refcount_kernel
 def _crossing(series, ending, path, falls, guess, length, where):
-    """Where the progress on a piece passes through zero: Newton's method kept in a bracket.
+    """Find where the progress on a piece passes through zero, by Newton's method in a bracket.
 
-    ``path`` is at the start of the piece, ``guess`` the first guess; at ``length``, the end of the
-    piece, the progress is not below zero. Lanes outside of ``where`` get no meaningful result.
+    ``path`` is the state at the start of the piece, ``guess`` the first guess. At ``length``, the
+    end of the piece, the progress is not negative. Results of lanes outside of ``where`` mean
+    nothing.
     """
     low, high = 0.0 * length, length
     t = select((guess > 0.0) & (guess < length), guess, length)
-    # a contact that falls may have done its part before
+    # a contact whose velocity falls may have given back its share before this piece
     done = _progress(ending, path, falls, path.v, path.work) >= 0.0
     done = done & logical_not(path.compresses)
     where = where & logical_not(done)
     while any_lane(where):
-        v = path.v + gained(series, NORMAL_VELOCITY, t)
-        work = path.work + gained(series, WORK, t)
+        v = path.v + change_on_piece(series, NORMAL_VELOCITY, t)
+        work = path.work + change_on_piece(series, WORK, t)
         value = _progress(ending, path, falls, v, work)
         floor = v - ending.resolution
         waits = logical_not(falls) & (floor < work - ending.loss * path.least) & (floor > work)
         by_velocity = path.compresses | waits
-        rate = select(by_velocity, slope(series, NORMAL_VELOCITY, t), slope(series, WORK, t))
+        rate = select(
+            by_velocity, slope_on_piece(series, NORMAL_VELOCITY, t), slope_on_piece(series, WORK, t)
+        )
         step = value / rate
-        # in this form a NaN ends the search
+        # a comparison with NaN is false, so a NaN ends the search
         far = abs(step) > CONVERGED * t
         low, high = select(value < 0.0, t, low), select(value < 0.0, high, t)
         middle = 0.5 * (low + high)
@@ -212,25 +225,25 @@ def _crossing(series, ending, path, falls, guess, length, where):
 
 
 @no_refcount_inline_kernel
-def _advanced(path, series, length, where):
-    """Path after a piece, in the lanes that take it."""
-    x, z = gained(series, SLIDE_X, length), gained(series, SLIDE_Z, length)
+def _path_after_piece(path, series, length, where):
+    """Compute the path after a piece, in the lanes ``where``."""
+    x, z = change_on_piece(series, SLIDE_X, length), change_on_piece(series, SLIDE_Z, length)
     return Path(
         select(where, path.u + x, path.u),
         select(where, path.w + z, path.w),
         select(where, path.x + x, path.x),
         select(where, path.z + z, path.z),
-        select(where, path.impulse + gained(series, IMPULSE, length), path.impulse),
-        select(where, path.v + gained(series, NORMAL_VELOCITY, length), path.v),
-        select(where, path.work + gained(series, WORK, length), path.work),
+        select(where, path.impulse + change_on_piece(series, IMPULSE, length), path.impulse),
+        select(where, path.v + change_on_piece(series, NORMAL_VELOCITY, length), path.v),
+        select(where, path.work + change_on_piece(series, WORK, length), path.work),
         path.least,
         path.compresses,
     )
 
 
 @inline_kernel
-def _at_rest(path, velocity, where):
-    """Path whose tangential contact velocity is zero, in some lanes."""
+def _path_at_rest(path, velocity, where):
+    """Set the tangential contact velocity of a path to zero, in the lanes ``where``."""
     return Path(
         select(where, 0.0, path.u),
         select(where, 0.0, path.w),
@@ -245,27 +258,27 @@ def _at_rest(path, velocity, where):
 
 
 @no_refcount_kernel
-def _step(contact, ending, path, series, going):
+def _follow_piece(contact, ending, path, series, going):
     """Follow one piece of a path, up to an event or to its end; tell whether the collision ends."""
     friction, mobility, velocity, size = contact
     least = PATH_TOLERANCE * size
-    path = _at_rest(path, velocity, path.u * path.u + path.w * path.w <= least * least)
+    path = _path_at_rest(path, velocity, path.u * path.u + path.w * path.w <= least * least)
     present = path.u, path.v, path.w
-    length, stops, growth = _piece(friction, mobility, present, size, series)
-    length, falls, sinks = _monotone(series, path.v, growth, length, going)
-    v = path.v + gained(series, NORMAL_VELOCITY, length)
-    work = path.work + gained(series, WORK, length)
+    length, stops, growth = _write_piece(friction, mobility, present, size, series)
+    length, falls, sinks = _shorten_to_monotone(series, path.v, growth, length, going)
+    v = path.v + change_on_piece(series, NORMAL_VELOCITY, length)
+    work = path.work + change_on_piece(series, WORK, length)
     reaches = going & (_progress(ending, path, falls, v, work) >= 0.0)
     if any_lane(reaches):
-        rate = slope(series, NORMAL_VELOCITY, 0.0 * size) / growth
+        rate = slope_on_piece(series, NORMAL_VELOCITY, 0.0 * size) / growth
         guess = _straight_guess(ending, path, rate) / growth
         t = _crossing(series, ending, path, falls, guess, length, reaches)
         length = select(reaches, t, length)
     fast = path.v >= ending.resolution
-    path = _advanced(path, series, length, going)
-    path = _at_rest(path, velocity, going & stops & logical_not(reaches | sinks))
+    path = _path_after_piece(path, series, length, going)
+    path = _path_at_rest(path, velocity, going & stops & logical_not(reaches | sinks))
     turns_back, ended = reaches & path.compresses, reaches & logical_not(path.compresses)
-    # it fell below the resolution before the work had reached its part
+    # the velocity fell below the resolution before the work had given back its share
     slow = falls & fast & (path.v < ending.resolution) & (path.work < 0.0)
     ended = ended & logical_not(slow)
     return Path(
@@ -283,22 +296,22 @@ def _step(contact, ending, path, series, going):
 
 @no_refcount_kernel
 def coulomb_impulse(friction, ending, mobility, velocity, series, where):
-    """Impulse (Su, Sv, Sw) of a collision under Coulomb friction, and the energy that Sv takes.
+    """Compute the impulse (S_x, S_y, S_z) of a collision and the energy that S_y takes.
 
-    That energy is followed along the collision: the contact velocity is no linear function of the
-    impulse where the direction of sliding turns or the contact sticks. ``velocity`` is that of the
-    contact before the collision in wall axes, ``series`` (9, ORDER + 1) work space; lanes outside
-    of ``where`` get meaningless impulses.
+    The energy is followed along the collision, because the contact velocity is no linear function
+    of the impulse where the direction of sliding turns or the contact sticks. ``velocity`` is that
+    of the contact before the collision in wall axes; ``series`` (9, ORDER + 1) is work space.
+    Impulses of lanes outside of ``where`` mean nothing.
     """
     u, v, w = velocity
     size = sqrt(u * u + v * v + w * w)
     contact = friction, mobility, velocity, size
-    path = _begin(velocity)
+    path = _path_at_start(velocity)
     going = where & path.compresses
     pieces = 0
     while any_lane(going) and pieces < PIECE_ALARM:
-        path, ended = _step(contact, ending, path, series, going)
-        # in this form a NaN ends the path
+        path, ended = _follow_piece(contact, ending, path, series, going)
+        # a comparison with NaN is false, so a NaN ends the path
         going = going & logical_not(ended) & (path.impulse >= 0.0)
         pieces += 1
     normal = select(going, math.nan, path.impulse)

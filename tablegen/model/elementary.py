@@ -1,9 +1,11 @@
-"""Elementary functions with the same bits on every machine, for floats and lanes alike.
+"""Elementary functions with the same bits on every machine, for floats and lanes.
 
-The functions of the C library take one number at a time and differ between machines in the last
-bit. `exponential`, `logarithm`, `power` and `sine_and_cosine` are polynomials with errors of a few
-units in the last place. `cosine_and_sine`, for impact angles, is rounded correctly: it is summed in
-pairs of floats, a value and its rounding error, to 2^-100 of the value.
+Nobody needs this file to change the physics.
+
+The functions of the C library take one number at a time, and their last bit differs between
+machines. `exponential`, `logarithm`, `power` and `sine_and_cosine` are polynomials with errors of a
+few units in the last place. `cosine_and_sine`, for impact angles, is rounded correctly: its series
+is summed in pairs of floats, a value and its rounding error, to 2^-100 of the value.
 """
 
 from fractions import Fraction
@@ -23,12 +25,12 @@ _TWO_52 = 0x4330_0000_0000_0000
 
 
 def _word_type(number):
-    """Integers of the size and number of the given floats."""
+    """Return the type of integers with the size and number of the given floats."""
     return _WORDS if isinstance(number.type, ir.VectorType) else ir.IntType(64)
 
 
 def _constant(kind, value):
-    """Constant of a type, in every lane."""
+    """Make a constant of a type, in every lane."""
     return kind([value] * WIDTH) if isinstance(kind, ir.VectorType) else kind(value)
 
 
@@ -41,7 +43,7 @@ def split_exponent(typingctx, x):
         number = context.cast(builder, args[0], x, kind)
         word = _word_type(number)
         bits = builder.bitcast(number, word)
-        # the exponent's bits under the implicit one of 2^52 are a float without conversion
+        # the bits of the exponent, put into the mantissa of 2^52, are a float without a conversion
         exponent = builder.or_(builder.lshr(bits, _constant(word, 52)), _constant(word, _TWO_52))
         exponent = builder.bitcast(exponent, number.type)
         exponent = builder.fsub(exponent, _constant(number.type, 2.0**52 + 1022.0))
@@ -56,7 +58,7 @@ def split_exponent(typingctx, x):
 
 @operation
 def power_of_two(typingctx, k):
-    """2^k for an integer k from -1022 to 1023."""
+    """Compute 2^k for an integer k from -1022 to 1023."""
 
     def emit(builder, number):
         word = _word_type(number)
@@ -68,12 +70,12 @@ def power_of_two(typingctx, k):
 
 
 _LOG2_E = 1.4426950408889634
-#: log 2 in two parts: the first has 32 bits, so its product with an exponent is exact.
+#: log 2 in two parts. The first has 32 bits, so that its product with an exponent is exact.
 _LOG_2_HIGH = 0.6931471803691238
 _LOG_2_LOW = 1.9082149292705877e-10
-#: Adding and subtracting it rounds to an integer.
+#: Adding and subtracting this number rounds to an integer.
 _ROUNDER = 6755399441055744.0
-#: Logarithm of the least normal number; below it, numbers lose their digits.
+#: Logarithm of the least normal number; smaller numbers have fewer digits.
 _LEAST_LOGARITHM = -708.0
 _ROOT_HALF = 0.7071067811865476
 
@@ -89,7 +91,7 @@ _COSINE_TURNS = tuple((-1) ** (k // 2) / factorial(k) for k in range(16, 2, -2))
 
 @inline_kernel
 def _horner(coefficients, x):
-    """Polynomial in x, the coefficient of its highest power first."""
+    """Evaluate a polynomial in x, the coefficient of the highest power first."""
     value = fma(x, coefficients[0], coefficients[1])
     for k in range(2, len(coefficients)):
         value = fma(value, x, coefficients[k])
@@ -98,13 +100,13 @@ def _horner(coefficients, x):
 
 @inline_kernel
 def nearest_integer(x):
-    """Nearest integer, for |x| < 2^51."""
+    """Round to the nearest integer, for |x| < 2^51."""
     return (x + _ROUNDER) - _ROUNDER
 
 
 @kernel
 def exponential(x):
-    """e^x for x <= 709; below -708, where floats lose their digits, e^-708."""
+    """Compute e^x for x <= 709; for x below -708, where floats lose their digits, e^-708."""
     x = maximum(x, _LEAST_LOGARITHM)
     k = nearest_integer(x * _LOG2_E)
     r = fma(k, -_LOG_2_LOW, fma(k, -_LOG_2_HIGH, x))
@@ -115,7 +117,7 @@ def exponential(x):
 
 @kernel
 def logarithm(x):
-    """Natural logarithm of a positive normal number."""
+    """Compute the natural logarithm of a positive normal number."""
     m, e = split_exponent(x)
     low = m < _ROOT_HALF
     m = select(low, m + m, m)
@@ -130,13 +132,13 @@ def logarithm(x):
 
 @inline_kernel
 def power(x, y):
-    """x^y for x positive and normal; its relative error is that of y log x."""
+    """Compute x^y for x positive and normal; the relative error is the error of y log x."""
     return exponential(y * logarithm(x))
 
 
 @kernel
 def sine_and_cosine(turns):
-    """Sine and cosine of 2 pi ``turns``, for 0 <= turns <= 1."""
+    """Compute sine and cosine of 2 pi ``turns``, for 0 <= turns <= 1."""
     quarter = nearest_integer(4.0 * turns)
     t = 6.283185307179586 * fma(quarter, -0.25, turns)
     s = t * t
@@ -149,15 +151,15 @@ def sine_and_cosine(turns):
     return select(falls, -first, first), select(left, -second, second)
 
 
-#: Terms of the series in pairs of floats; of later ones floats hold enough digits.
+#: Number of terms of the series in pairs of floats; for later terms floats have enough digits.
 _PAIRS = 9
 
-#: Terms of the series: the first one left out is 1e-34 of the value at pi / 4.
+#: Number of terms of the series. The first term left out is 1e-34 of the value at pi / 4.
 _TERMS = 15
 
 
 def _pair(value: Fraction) -> tuple[float, float]:
-    """Nearest float, and the nearest to the rest."""
+    """Split a number into the nearest float and the float nearest to the difference."""
     high = float(value)
     return high, float(value - Fraction(high))
 
@@ -166,21 +168,21 @@ def _pair(value: Fraction) -> tuple[float, float]:
 _COSINE = tuple(_pair(Fraction((-1) ** k, factorial(2 * k))) for k in range(_TERMS))
 _SINE = tuple(_pair(Fraction((-1) ** k, factorial(2 * k + 1))) for k in range(_TERMS))
 
-#: Half of pi as the sum of three floats.
+#: pi / 2 as the sum of three floats.
 _HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
 
 
 @inline_kernel
-def _sum(a, b):
-    """Nearest float to the sum of two, and the rounding error."""
+def _exact_sum(a, b):
+    """Add two floats; return the nearest float to the sum, and the rounding error."""
     total = a + b
     from_b = total - a
     return total, (a - (total - from_b)) + (b - from_b)
 
 
 @inline_kernel
-def _product(a, b):
-    """Product of two pairs."""
+def _product_of_pairs(a, b):
+    """Multiply two pairs."""
     high = a[0] * b[0]
     low = fma(a[0], b[1], fma(a[1], b[0], fma(a[0], b[0], -high)))
     total = high + low
@@ -188,35 +190,35 @@ def _product(a, b):
 
 
 @inline_kernel
-def _plus(a, b):
-    """Sum of two pairs, the second not larger than the first."""
-    high, low = _sum(a[0], b[0])
+def _sum_of_pairs(a, b):
+    """Add two pairs, the second not larger than the first."""
+    high, low = _exact_sum(a[0], b[0])
     low += a[1] + b[1]
     total = high + low
     return total, low - (total - high)
 
 
 @inline_kernel
-def _polynomial(coefficients, square):
-    """Series in a pair, for a pair."""
+def _series_of_pairs(coefficients, square):
+    """Evaluate a series in a pair."""
     tail = 0.0
     for k in range(_TERMS - 1, _PAIRS - 1, -1):
         tail = fma(tail, square[0], coefficients[k][0])
     value = tail, 0.0
     for k in range(_PAIRS - 1, -1, -1):
-        value = _plus(coefficients[k], _product(square, value))
+        value = _sum_of_pairs(coefficients[k], _product_of_pairs(square, value))
     return value
 
 
 @kernel
 def cosine_and_sine(angle):
-    """Cosine and sine of an angle from 0 to pi / 2 [rad], rounded correctly."""
+    """Compute cosine and sine of an angle from 0 to pi / 2 [rad], rounded correctly."""
     steep = angle > 0.5 * _HALF_PI[0]
     # the first difference is exact where the angle is steep
-    high, low = _sum(_HALF_PI[0] - angle, _HALF_PI[1])
-    high, low = _sum(high, low + _HALF_PI[2])
+    high, low = _exact_sum(_HALF_PI[0] - angle, _HALF_PI[1])
+    high, low = _exact_sum(high, low + _HALF_PI[2])
     t = select(steep, high, angle), select(steep, low, 0.0)
-    square = _product(t, t)
-    cosine = _polynomial(_COSINE, square)[0]
-    sine = _product(t, _polynomial(_SINE, square))[0]
+    square = _product_of_pairs(t, t)
+    cosine = _series_of_pairs(_COSINE, square)[0]
+    sine = _product_of_pairs(t, _series_of_pairs(_SINE, square))[0]
     return select(steep, sine, cosine), select(steep, cosine, sine)

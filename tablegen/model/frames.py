@@ -1,8 +1,11 @@
-"""Vectors of three numbers, and the frame of the wall in the lab frame.
+"""Vectors of three numbers, and the axes of the wall in the lab frame.
 
-The wall frame has y along the wall normal into the gas, x along the tangential part of the
-velocity relative to the wall, and z = x cross y. At exactly normal impact there is no tangential
-part, and the law is symmetric about y: the direction of x is drawn uniformly.
+The wall axis y is the normal into the gas, x is along the tangential part of the velocity relative
+to the wall, and z = x cross y. At exactly normal impact there is no tangential part. Then the law
+is symmetric about y, and the direction of x is drawn uniformly.
+
+Units: lab frame in SI; states have velocities over the impact speed V and angular velocities times
+a / V.
 """
 
 import math
@@ -14,11 +17,11 @@ from tablegen.model.elementary import sine_and_cosine
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel
 from tablegen.model.random_numbers import philox_block, uniform
 
-#: Tangential over total speed below which an impact counts as normal: the direction of the rest is
-#: rounding noise.
+#: Tangential over total speed below which an impact counts as normal, because the direction of so
+#: small a tangential velocity is rounding noise.
 _NORMAL_IMPACT = 1e-12
 
-#: Half-sizes [m] that the draw takes too: others are mistaken units.
+#: Least and largest half-size [m], as in the draw of a table. Others are mistaken units.
 _LEAST_HALF_SIZE, _MOST_HALF_SIZE = 1e-9, 100.0
 
 #: Block of random words that gives the azimuth at normal impact.
@@ -27,27 +30,27 @@ _AZIMUTH_BLOCK = 2
 
 @inline_kernel
 def dot(a, b):
-    """Return a . b."""
+    """Compute a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inline_kernel
 def cross(a, b):
-    """Return a x b."""
+    """Compute a x b."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 @inline_kernel
 def combine(p, a, q, b):
-    """Return p a + q b."""
+    """Compute p a + q b."""
     return (p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2])
 
 
 @inline_kernel
 def unit(a):
-    """Return the unit vector along a nonzero finite vector of any magnitude."""
+    """Compute the unit vector along a finite vector of any length but zero."""
     largest = max(abs(a[0]), abs(a[1]), abs(a[2]))
-    # Divided, not multiplied by 1 / largest, which overflows for the smallest vectors.
+    # a division, because 1 / largest overflows for the smallest vectors
     a = (a[0] / largest, a[1] / largest, a[2] / largest)
     scale = 1.0 / math.sqrt(dot(a, a))
     return (scale * a[0], scale * a[1], scale * a[2])
@@ -55,35 +58,36 @@ def unit(a):
 
 @inline_kernel
 def is_finite(a):
-    """Tell whether every component is finite."""
+    """Tell whether all three numbers are finite."""
     return math.isfinite(a[0]) and math.isfinite(a[1]) and math.isfinite(a[2])
 
 
 @no_refcount_inline_kernel
 def vector(values, k):
-    """Row k of an (n, 3) array, or the only row of an array of one."""
+    """Read row k of an (n, 3) array, or the only row of a (1, 3) array."""
     k = k if values.shape[0] > 1 else 0
     return (values[k, 0], values[k, 1], values[k, 2])
 
 
 @no_refcount_inline_kernel
 def item(values, k):
-    """Element k of an array, or the only element of an array of one."""
+    """Read element k of an (n,) array, or the only element of a (1,) array."""
     return values[np.uint64(k)] if values.size > 1 else values[0]
 
 
 @no_refcount_inline_kernel
 def keys_of_row(keys, k):
-    """Seed, index and hit of row k; there is an index and a hit for each row, or one for all."""
+    """Read seed, index and hit of row k; index and hit have n elements, or one for all rows."""
     seed, index, hit = keys
     return seed, item(index, k), item(hit, k)
 
 
 @inline_kernel
 def perpendicular(e_y, turns):
-    """Return a unit vector perpendicular to the unit vector e_y, at an angle (turns) about it.
+    """Compute a unit vector perpendicular to the unit vector e_y, at an angle about it.
 
-    Angle 0 lies in the plane of e_y and the coordinate axis farthest from it.
+    The angle is in turns. At 0 the vector is in the plane of e_y and of the coordinate axis that is
+    farthest from it.
     """
     x, y, z = abs(e_y[0]), abs(e_y[1]), abs(e_y[2])
     if x <= y and x <= z:
@@ -99,13 +103,13 @@ def perpendicular(e_y, turns):
 
 @inline_kernel
 def tangent(relative, e_y, keys):
-    """Return the unit vector e_x along the tangential velocity.
+    """Compute the unit vector e_x along the tangential velocity.
 
-    At normal impact, its azimuth is drawn, uniform in [0, 2 pi), from the keys (seed, index, hit).
+    At normal impact its azimuth is drawn by the keys (seed, index, hit), uniform in [0, 2 pi).
     """
     along = combine(1.0, relative, -dot(relative, e_y), e_y)
     if math.sqrt(dot(along, along)) > _NORMAL_IMPACT * math.sqrt(dot(relative, relative)):
-        # Projected twice: near normal impact the first projection loses digits.
+        # projected twice, because near normal impact the first projection loses digits
         e_x = unit(along)
         return unit(combine(1.0, e_x, -dot(e_x, e_y), e_y))
     word = philox_block(keys[0], keys[1], keys[2], _AZIMUTH_BLOCK)[0]
@@ -114,7 +118,7 @@ def tangent(relative, e_y, keys):
 
 @inline_kernel
 def impact_frame(relative, normal, keys):
-    """Axes x, y, z of an impact: along the tangential velocity, along the normal, across both."""
+    """Compute the wall axes x, y and z of an impact in the lab frame."""
     e_y = unit(normal)
     e_x = tangent(relative, e_y, keys)
     return e_x, e_y, cross(e_x, e_y)
@@ -122,7 +126,7 @@ def impact_frame(relative, normal, keys):
 
 @inline_kernel
 def impact_status(velocity, normal, half_size, wall_velocity):
-    """Negative code for numbers from which no impact can be made, else `OK`."""
+    """Return a negative code if the numbers describe no impact, else `OK`."""
     finite = is_finite(velocity) and is_finite(wall_velocity)
     if not (finite and is_finite(normal) and math.isfinite(half_size)):
         return NOT_FINITE
@@ -133,7 +137,7 @@ def impact_status(velocity, normal, half_size, wall_velocity):
 
 @inline_kernel
 def impact_angle(relative, e_y):
-    """Impact angle from the wall (rad), not positive for a velocity away from it."""
+    """Compute the impact angle from the wall [rad]; it is not positive for a receding velocity."""
     approach = -dot(relative, e_y)
     along = combine(1.0, relative, approach, e_y)
     return math.atan2(approach, math.sqrt(dot(along, along)))
@@ -141,10 +145,10 @@ def impact_angle(relative, e_y):
 
 @no_refcount_inline_kernel
 def to_lab(impact, keys, out):
-    """Replace a state by velocity (m/s) and angular velocity (rad/s) in the lab frame, in place.
+    """Replace a state by velocity [m/s] and angular velocity [rad/s] in the lab frame, in place.
 
-    ``impact``: velocity [m/s], wall normal, half-size [m], velocity of the wall [m/s]; ``keys``:
-    seed, index and hit.
+    ``impact`` is the velocity before the impact [m/s], the wall normal, the half-size [m] and the
+    velocity of the wall [m/s]; ``keys`` are seed, index and hit.
     """
     velocity, normal, half_size, wall_velocity = impact
     relative = combine(1.0, velocity, -1.0, wall_velocity)

@@ -1,12 +1,15 @@
-"""Conditions of impacts: one as a record, many as rows of an array, checked row by row.
+"""Conditions of impacts: checked, and written as kernels take them.
 
-A row has ten numbers, the fields of `Condition` in their order, the spin as three; so the
-conditions of WIDTH particles are ten lanes (see `tablegen.model.simd`), and the kernels of a
-rebound take a record of floats or of lanes.
+An impact is given in the frame of the wall (angle, speed, spin) or in the lab frame (velocities,
+normal, half-size, angular velocity), by arrays with a row for each particle or one row for all. Its
+condition is a row of ten numbers, the fields of `Condition` in their order, with three for the
+spin. A rebound takes a `Condition` of floats, or of lanes made from eight rows.
 
-Impacts are given in the frame of the wall or in the lab frame, by arrays with a row for each
-particle or one row for all. A bad row is reported by its number and a code of `sampler.errors`, or
+A row that is not allowed is reported by its number and a code of `sampler.errors`, or
 `TURNS_TOO_OFTEN` or `OUT_OF_BOUNDS`.
+
+Units: angles in rad; lab frame in SI; in a condition the speed in m/s, the spin in V / a, the
+inertia over m a^2.
 """
 
 import math
@@ -55,12 +58,12 @@ MANY_TURNS = 10.0
 class Condition(NamedTuple):
     """Impact condition and numerical parameters of a rebound.
 
-    ``cosine`` and ``sine`` of the impact angle, which are the velocity before the impact,
-    ``speed`` [m/s], ``spin``: mean angular velocity before the impact in wall axes times a / V,
-    ``resolution``: smallest rebound speed of a contact point over V, ``tolerance``: truncation of
-    the flight series, ``instant``: 0 if the angular velocity after the impact is the mean over free
-    tumbling, 1 if it is that of the departure, ``inertia``: that about the spin over m a^2, 0 if it
-    is not known.
+    ``cosine`` and ``sine`` are those of the impact angle, so the velocity before the impact is
+    (cosine, -sine, 0). ``speed`` is V [m/s]. ``spin`` is the mean angular velocity before the
+    impact in wall axes, times a / V. ``resolution`` is the smallest rebound speed of a contact
+    point over V, ``tolerance`` the truncation of the flight series. ``instant`` is 0 if the angular
+    velocity after the impact is the mean over free tumbling, and 1 if it is that of the departure.
+    ``inertia`` is that about the spin over m a^2, or 0 if it is not known.
     """
 
     cosine: float
@@ -75,17 +78,18 @@ class Condition(NamedTuple):
 
 @inline_kernel
 def angle_turned(sine, spin):
-    """Angle [rad] that a particle turns at most before its first contact."""
-    # from its greatest height to its least, turning all the way
+    """Bound the angle [rad] by which a particle turns before its first contact."""
+    # a fall of the centre by 2 a, at the speed V sin(alpha1)
     return math.sqrt(spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]) * 2.0 / sine
 
 
 @inline_kernel
 def impact_condition(cosine, sine, speed, spin, inertia, numerics):
-    """Condition of an impact, with numerical parameters that shrink at grazing and with many turns.
+    """Make the condition of an impact.
 
-    ``numerics``: resolution of contacts, tolerance of flights, and whether the angular velocity
-    after the impact is that of the departure.
+    ``numerics`` are the resolution of contacts, the tolerance of flights, and whether the angular
+    velocity after the impact is that of the departure. At grazing impact the resolution is smaller,
+    and after many turns before the first contact the tolerance is.
     """
     resolution = numerics[0] * min(1.0, sine / GRAZING)
     tolerance = numerics[1] / max(1.0, angle_turned(sine, spin) / MANY_TURNS)
@@ -94,14 +98,14 @@ def impact_condition(cosine, sine, speed, spin, inertia, numerics):
 
 @inline_kernel
 def translates(condition):
-    """Whether particles arrive without spin."""
+    """Tell whether particles arrive without spin."""
     x, y, z = condition.spin
     return (x == 0.0) & (y == 0.0) & (z == 0.0)
 
 
 @no_refcount_inline_kernel
 def condition_of(values):
-    """Condition from its ten numbers: of one particle, (10,), or of lanes, (10, WIDTH)."""
+    """Make a condition of its ten numbers: for one particle (10,), for lanes (10, WIDTH)."""
     spin = load(values, 3), load(values, 4), load(values, 5)
     cosine, sine, speed = load(values, 0), load(values, 1), load(values, 2)
     numerics = load(values, 6), load(values, 7), load(values, 8)
@@ -109,7 +113,7 @@ def condition_of(values):
 
 
 @no_refcount_inline_kernel
-def put_condition(condition, values, row):
+def store_condition(condition, values, row):
     """Write a condition to a row of an array."""
     values[row, 0], values[row, 1] = condition.cosine, condition.sine
     values[row, 2] = condition.speed
@@ -119,33 +123,34 @@ def put_condition(condition, values, row):
     values[row, 8], values[row, 9] = condition.instant, condition.inertia
 
 
-def one_row(condition: Condition) -> NDArray[np.float64]:
-    """Array (1, 10) of a condition that all particles have."""
+def condition_row(condition: Condition) -> NDArray[np.float64]:
+    """Write a condition that all particles share to an array (1, 10)."""
     values = np.empty((1, CONDITION_SIZE))
-    put_condition(condition, values, 0)
+    store_condition(condition, values, 0)
     return values
 
 
-#: Status code: a particle turns by more than `MOST_TURNED` before its first contact.
+#: Status code: the particle turns by more than `MOST_TURNED` before its first contact.
 TURNS_TOO_OFTEN = -101
 
-#: Status code: an angle, a speed or a component of a spin outside of `tablegen.model.model_bounds`.
+#: Status code: an angle, a speed or a spin is outside of the bounds of `model_bounds`.
 OUT_OF_BOUNDS = -104
 
 #: Largest impact angle, pi / 2 and a rounding.
 _STEEPEST = 0.5 * math.pi * (1.0 + 1e-15)
 
-#: Bounds as plain numbers, which kernels take; of the angle, as its sine in the lab frame has it.
+#: Bounds as plain numbers, because kernels take no `Bounds`. The angle is checked by its sine,
+#: which is what an impact in the lab frame gives.
 _LEAST_SINE = math.sin(math.radians(ALPHA_DEG.low)) * (1.0 - 1e-9)
 _LEAST_SPEED, _MOST_SPEED, _MOST_SPIN = SPEED.low, SPEED.high, SPIN.high
 
 
 @inline_kernel
-def _checked(speed, cosine, sine, spin, inertia, numerics):
-    """Status of an impact whose numbers are finite, and its condition."""
+def _checked_condition(speed, cosine, sine, spin, inertia, numerics):
+    """Check an impact whose numbers are finite; return its status and its condition."""
     x, y, z = spin
     status = OK
-    # in this form neither NaN nor infinity passes
+    # a comparison with NaN is false, so neither NaN nor infinity passes
     if not (sine >= _LEAST_SINE and _LEAST_SPEED <= speed <= _MOST_SPEED):
         status = OUT_OF_BOUNDS
     elif not angle_turned(sine, spin) <= MOST_TURNED:
@@ -157,10 +162,10 @@ def _checked(speed, cosine, sine, spin, inertia, numerics):
 
 @inline_kernel
 def _wall_condition(alpha1, cosine_sine, speed, spin, inertia, numerics):
-    """Status of an impact in the frame of the wall, and its condition.
+    """Check an impact in the frame of the wall; return its status and its condition.
 
-    ``alpha1`` in rad, ``cosine_sine`` of this angle if it is allowed, ``speed`` in m/s, ``spin``
-    times a / V, ``inertia`` over m a^2.
+    ``alpha1`` is in rad, ``cosine_sine`` are those of this angle if it is allowed; ``speed`` is in
+    m/s, ``spin`` in V / a, ``inertia`` over m a^2.
     """
     status = OK if _is_inertia(inertia) else NOT_FINITE
     if not (math.isfinite(alpha1) and math.isfinite(speed) and is_finite(spin)):
@@ -171,12 +176,12 @@ def _wall_condition(alpha1, cosine_sine, speed, spin, inertia, numerics):
         status = SPEED_NOT_POSITIVE
     if status != OK:
         return status, impact_condition(0.0, 1.0, 1.0, (0.0, 0.0, 0.0), 0.0, numerics)
-    return _checked(speed, cosine_sine[0], cosine_sine[1], spin, inertia, numerics)
+    return _checked_condition(speed, cosine_sine[0], cosine_sine[1], spin, inertia, numerics)
 
 
 @inline_kernel
 def _is_inertia(inertia):
-    """Whether a number can be the inertia about a spin, or is 0 for one that is not known."""
+    """Tell whether a number can be an inertia about a spin; 0 stands for one that is not known."""
     return 0.0 <= inertia < math.inf
 
 
@@ -188,11 +193,11 @@ def _allowed_angle(alpha1):
 
 @inline_kernel
 def _lab_condition(impact, omega, inertia, keys, numerics):
-    """Status of an impact in the lab frame, and its condition.
+    """Check an impact in the lab frame; return its status and its condition.
 
-    ``impact``: velocity of the particle [m/s], normal into the gas, of any length but zero,
-    half-size [m], velocity of the wall [m/s]; ``omega`` in rad/s,
-    ``inertia`` over m a^2. The keys choose the wall axis x at normal impact.
+    ``impact`` is the velocity of the particle [m/s], the normal into the gas, of any length but
+    zero, the half-size [m] and the velocity of the wall [m/s]; ``omega`` is in rad/s, ``inertia``
+    over m a^2. At normal impact the keys choose the wall axis x.
     """
     velocity, normal, half_size, wall_velocity = impact
     status = impact_status(velocity, normal, half_size, wall_velocity)
@@ -215,12 +220,14 @@ def _lab_condition(impact, omega, inertia, keys, numerics):
     spin = scale * dot(omega, e_x), scale * dot(omega, e_y), scale * dot(omega, e_z)
     sine = min(approach / speed, 1.0)
     cosine = math.sqrt(dot(along, along)) / speed
-    return _checked(speed, cosine, sine, spin, inertia, numerics)
+    return _checked_condition(speed, cosine, sine, spin, inertia, numerics)
 
 
 @kernel
 def wall_conditions(alpha1, speed, spin, inertia, numerics, values):
-    """Conditions of impacts in the frame of the wall: first bad row, or -1, and its code.
+    """Write the conditions of impacts in the frame of the wall.
+
+    Returns the first row that is not allowed, or -1, and its code.
 
     ``alpha1``, ``speed`` and ``inertia`` are (n,) or (1,), ``spin`` (n, 3) or (1, 3); ``values``
     (n, 10) gets the conditions.
@@ -240,13 +247,13 @@ def wall_conditions(alpha1, speed, spin, inertia, numerics, values):
             status, condition = _wall_condition(*given, *turning, numerics)
             if status != OK:
                 return row, status
-            put_condition(condition, values, row)
+            store_condition(condition, values, row)
     return -1, OK
 
 
 @no_refcount_inline_kernel
-def _impact(impacts, row):
-    """Velocity, normal, half-size and velocity of the wall in a row."""
+def _impact_of_row(impacts, row):
+    """Read velocity, normal, half-size and velocity of the wall of a row."""
     velocity, normal, half_size, wall_velocity = impacts
     moving = vector(velocity, row), vector(normal, row), item(half_size, row)
     return *moving, vector(wall_velocity, row)
@@ -254,19 +261,19 @@ def _impact(impacts, row):
 
 @no_refcount_kernel
 def lab_conditions(impacts, omega, inertia, keys, numerics, values):
-    """Conditions of impacts in the lab frame; the results are those of `wall_conditions`.
+    """Write the conditions of impacts in the lab frame; results are those of `wall_conditions`.
 
-    ``impacts``: velocity, normal, half-size and velocity of the wall, of n rows or one, as is
-    ``omega``, (n, 3) or (1, 3), and ``inertia``, (n,) or (1,); ``keys``: seed, and index and hit of
-    n rows or one.
+    ``impacts`` are velocity, normal, half-size and velocity of the wall, ``omega`` is (n, 3) or
+    (1, 3), ``inertia`` (n,) or (1,); ``keys`` are seed, index and hit. Each array has n rows or
+    one.
     """
     for row in range(values.shape[0]):
         turning = vector(omega, row), item(inertia, row)
-        given = _impact(impacts, row), *turning, keys_of_row(keys, row)
+        given = _impact_of_row(impacts, row), *turning, keys_of_row(keys, row)
         status, condition = _lab_condition(*given, numerics)
         if status != OK:
             return row, status
-        put_condition(condition, values, row)
+        store_condition(condition, values, row)
     return -1, OK
 
 
@@ -274,4 +281,4 @@ def lab_conditions(impacts, omega, inertia, keys, numerics, values):
 def states_to_lab(impacts, keys, states):
     """Replace states (n, 6) by velocities and angular velocities in the lab frame."""
     for row in range(states.shape[0]):
-        to_lab(_impact(impacts, row), keys_of_row(keys, row), states[row])
+        to_lab(_impact_of_row(impacts, row), keys_of_row(keys, row), states[row])

@@ -1,10 +1,19 @@
-"""Compile kernels: the one place with options of numba, and the folder of machine code on disk.
+"""Compile kernels: all options of numba, and the folder of machine code on disk.
 
-``fastmath`` is off: results do not depend on the size of a batch, and NaN can be tested for.
+Nobody needs this file to change the physics. Use the decorators as the neighbouring functions do:
 
-Machine code is kept by numba's own cache, in a folder named by the digest of all kernel sources and
-of the versions of Python, numpy, numba and llvmlite: numba notices no edit in a function that a
-kernel calls from another file. `tablegen.model.parts` makes compiling faster where it can.
+- `kernel` compiles a function that Python or another kernel calls;
+- `inline_kernel` makes a small function a part of the kernels that call it;
+- `no_refcount_kernel` and `no_refcount_inline_kernel` do the same for functions that take arrays of
+  their caller, and neither make nor return arrays.
+
+Numba's option ``fastmath`` is off. So results do not depend on the size of a batch, and NaN can be
+tested for.
+
+Numba's own cache keeps the machine code. It would not notice an edit in a function that a kernel
+calls from another file. So the cache is in a folder named by the digest of all kernel sources and
+of the versions of Python, numpy, numba and llvmlite. `tablegen.model.parts` makes compiling faster
+where the version of numba allows it.
 """
 
 import hashlib
@@ -26,7 +35,7 @@ from numba.extending import intrinsic, register_jitable
 
 try:
     from tablegen.model import parts
-except ImportError:  # another version of numba than those with which parts were tested
+except ImportError:  # `parts` was not tested with this version of numba
     parts = None  # type: ignore[assignment]
 
 #: Settings of numba, from the environment.
@@ -40,24 +49,24 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 #: division by zero, which the kernels exclude themselves.
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 
-#: Dissolve the function in its caller, by the optimiser and not by rewriting its source.
+#: Let the optimiser inline the function in its caller.
 _INLINE = _OPTIONS | {"forceinline": True}
 
-#: Count no references. Numba counts references to every array argument with atomic operations,
-#: which is slow and makes threads wait for each other. Only for functions that neither make nor
-#: return arrays: then the references of the caller suffice.
+#: Count no references. Numba counts references to each array argument with atomic operations, which
+#: are slow and make threads wait for each other. A function that neither makes nor returns arrays
+#: needs none, because its caller holds the references.
 _NO_REFCOUNT = {"_nrt": False}
 
-#: Files and folders that can change the result of a kernel, besides its own file.
+#: Files and folders that can change the result of a kernel.
 _ROOT = Path(__file__).parents[2]
 _SOURCES = ("tablegen/model", "sampler/formats", "sampler/errors.py")
 
-#: Number of folders of other sources that a new folder leaves beside it.
-_KEPT = 7
+#: Number of folders of other sources that are kept when a new folder is made.
+_KEPT_FOLDERS = 7
 
 
 def _digest() -> str:
-    """Digest of the sources of kernels and of the versions of their compiler."""
+    """Compute the digest of the sources of kernels and of the versions of their compiler."""
     versions = [version(name) for name in ("numpy", "numba", "llvmlite")]
     digest = hashlib.sha256(repr((platform.python_version(), *versions)).encode())
     for source in (_ROOT / name for name in _SOURCES):
@@ -67,13 +76,14 @@ def _digest() -> str:
     return digest.hexdigest()[:16]
 
 
-#: Taken once: sources may change while this process runs.
+#: Computed once, because the sources may change while this process runs.
 _SOURCE_DIGEST = _digest()
 
 
 def cache_folder() -> Path:
-    """Folder for the machine code of these sources and versions."""
-    # a user without a home cannot write to the root, and is told to name a folder
+    """Name the folder for the machine code of these sources and versions."""
+    # for a user without a home the folder is in the root, which cannot be written; then a warning
+    # asks for NUMBA_CACHE_DIR
     caches = Path("/", os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
     place = Path(_CONFIG.CACHE_DIR or caches / "rebound-tables")
     return place / f"tablegen-{_SOURCE_DIGEST}"
@@ -81,7 +91,10 @@ def cache_folder() -> Path:
 
 @cache
 def _can_be_written(folder: Path) -> bool:
-    """Make the folder of the cache, and remove the oldest folders of other sources."""
+    """Make the folder of the cache, and remove the oldest folders of other sources.
+
+    Returns whether kernels can be kept there.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         TemporaryFile(dir=folder).close()
@@ -89,22 +102,22 @@ def _can_be_written(folder: Path) -> bool:
         _LOG.warning("compiled kernels cannot be kept, set NUMBA_CACHE_DIR to a folder: %s", error)
         return False
     others = [path for path in folder.parent.glob("tablegen-*") if path != folder]
-    for old in sorted(others, key=os.path.getmtime, reverse=True)[_KEPT:]:
+    for old in sorted(others, key=os.path.getmtime, reverse=True)[_KEPT_FOLDERS:]:
         shutil.rmtree(old, ignore_errors=True)
     return True
 
 
 class _Messages(event.Listener):
-    """Say what takes long: that the direct model is being compiled, and each kernel's time."""
+    """Log that the direct model is being compiled, and the time of each kernel."""
 
     def __init__(self) -> None:
-        self._starts: list[float] = []  # of the kernels under way, the callers first
-        self._said = False
+        self._starts: list[float] = []  # of the kernels being compiled, callers first
+        self._is_announced = False
 
     def on_start(self, event: event.Event) -> None:
         """Note that numba begins to compile a function."""
-        if not self._said and self._is_ours(event):
-            self._said = True
+        if not self._is_announced and self._is_ours(event):
+            self._is_announced = True
             _LOG.warning(
                 "compiling the direct model for this processor, "
                 "which takes up to half a minute and happens once"
@@ -112,7 +125,7 @@ class _Messages(event.Listener):
         self._starts.append(time.perf_counter())
 
     def on_end(self, event: event.Event) -> None:
-        """Say how long a kernel took, with all that it calls."""
+        """Log how long a kernel took, together with the functions that it calls."""
         seconds = time.perf_counter() - self._starts.pop()
         if not self._starts and self._is_ours(event):
             _LOG.warning("compiled %s in %.1f s", event.data["dispatcher"].__name__, seconds)
@@ -133,9 +146,9 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
         compiled = numba.njit(**options, cache=kept)(function)
     finally:
         _CONFIG.CACHE_DIR = named
-    if parts is not None and compiled is not function:  # it is with NUMBA_DISABLE_JIT
+    if parts is not None and compiled is not function:  # they are the same with NUMBA_DISABLE_JIT
         parts.let_kernels_call(compiled, options)
-    # To a type checker the function stays the same.
+    # for a type checker the function stays the same
     return cast(_Function, compiled)
 
 
@@ -153,19 +166,19 @@ def kernel(function: _Function) -> _Function:
 
 
 def inline_kernel(function: _Function) -> _Function:
-    """Let kernels call a small function, which dissolves in them; Python calls it interpreted."""
+    """Make a small function a part of the kernels that call it; Python calls it interpreted."""
     return _inlined(function, _INLINE)
 
 
 def no_refcount_kernel(function: _Function) -> _Function:
-    """Compile a kernel that only reads and writes arrays of its caller, and makes none."""
+    """Compile a kernel that only reads and writes arrays of its caller."""
     return _compiled(function, _OPTIONS | _NO_REFCOUNT)
 
 
 def no_refcount_inline_kernel(function: _Function) -> _Function:
-    """Let kernels call a small `no_refcount_kernel`, which dissolves in them."""
+    """Make a small function that only uses arrays of its caller a part of its kernels."""
     return _inlined(function, _INLINE | _NO_REFCOUNT)
 
 
-#: Makes a function of kernels from one that types a call and writes its code.
+#: Decorator for a function that gives the type of a call and writes its code in LLVM.
 operation: Any = intrinsic

@@ -1,9 +1,13 @@
-"""Many particles of one shape, WIDTH at a time.
+"""Follow many particles of one shape, WIDTH at a time, through their rebounds.
+
+Nobody needs this file to change the physics; `tablegen.model.rebound` has the steps of a rebound.
 
 Each lane is a slot for one particle. In every round the particles that touch the wall collide, and
-all fly along one flight series. The states of those that have left are stored, and their slots
-loaded with the next particles. So the vector registers stay full although rebounds differ in
-length, and a particle's result does not depend on the particles in the other lanes.
+all particles fly along one flight series. When a particle has left, its state is stored and its
+slot is loaded with the next particle. So the vector registers stay full although rebounds differ in
+length, and the result of a particle does not depend on the particles in the other lanes.
+
+Units are those of `tablegen.model.rebound`.
 """
 
 from typing import NamedTuple
@@ -19,12 +23,12 @@ from tablegen.model.rebound import (
     MOTION_SIZE,
     U,
     V,
-    approach,
-    collide,
+    apply_collision,
     departing_spin,
     departure_height,
-    fly,
+    fly_one_series,
     has_no_impulse,
+    place_before_impact,
     rotational_energy,
 )
 from tablegen.model.rotation import ORDER
@@ -61,15 +65,15 @@ RESULTS = 11
 
 
 class LaneSlots(NamedTuple):
-    """Arrays of WIDTH particles; the last dimension is the slot.
+    """Arrays for WIDTH particles; the last dimension is the slot.
 
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
     ``properties`` (12, WIDTH): moments, half-sizes, bounding radius, energy before the impact,
-    collisions so far, energies that the normal and the tangential impulses took, height at which
-    the particle has left; ``condition`` (10, WIDTH) as
-    in `tablegen.model.impacts`; ``candidates`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`;
-    ``point`` (3, WIDTH): contact points; ``result`` (11, WIDTH): states, energies and inertia of
-    particles that have left; ``particle`` (WIDTH,): the index of the particle in each slot.
+    collisions so far, energies that the normal and the tangential impulses took, and height at
+    which the particle has left; ``condition`` (10, WIDTH) as in `tablegen.model.impacts`;
+    ``candidates`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`; ``point`` (3, WIDTH): contact
+    points; ``result`` (11, WIDTH): states, energies and inertia of particles that have left;
+    ``particle`` (WIDTH,): row of the particle in each slot.
     """
 
     motion: np.ndarray
@@ -85,7 +89,7 @@ class LaneSlots(NamedTuple):
 
 @inline_kernel
 def make_slots(vertices):
-    """Slots for particles of up to ``vertices`` vertices."""
+    """Make slots for particles of up to ``vertices`` vertices."""
     return LaneSlots(
         lane_array(MOTION_SIZE),
         lane_array(9 * (ORDER + 1)).reshape(9, ORDER + 1, WIDTH),
@@ -100,11 +104,11 @@ def make_slots(vertices):
 
 
 @no_refcount_kernel
-def _clear(conditions, slots):
-    """Fill inactive slots with a unit body, so that arithmetic on them stays finite.
+def _clear_slots(conditions, slots):
+    """Fill the slots with a unit body, so that arithmetic on slots without a particle stays finite.
 
-    Their condition is the first one, which may be that of all. Rows of vertices after those of a
-    slot's particle are read, and must be centres.
+    Their condition is the first one, which may be that of all particles. The vertices are zero,
+    because rows after those of the particle in a slot are read too.
     """
     for slot in range(WIDTH):
         for k in range(MOTION_SIZE):
@@ -134,7 +138,10 @@ def _load_mesh(population, mesh, slots, slot):
 
 @no_refcount_kernel
 def _load_slot(population, conditions, drawn, code, particle, slots, slot):
-    """Load a random particle; `_load_shape` adds the properties of a shape other than a mesh."""
+    """Load a random particle into a slot.
+
+    `_load_shape` adds the properties of shapes other than meshes.
+    """
     axes, kind = drawn
     if conditions.shape[0] > 1:
         for k in range(CONDITION_SIZE):
@@ -154,7 +161,10 @@ def _load_slot(population, conditions, drawn, code, particle, slots, slot):
 
 @no_refcount_kernel
 def _load_shape(population, code, slots):
-    """Load moments, bounding radius and vertices of a shape into all slots, occupied ones too."""
+    """Load moments, bounding radius and vertices of a shape into all slots.
+
+    Slots that were loaded before get the same numbers again.
+    """
     t = slots.properties
     _, b, c = load_three(t, HALF)
     count, bounding_radius = place_vertices(code, b, c, population.truncation, slots.candidates)
@@ -165,32 +175,34 @@ def _load_shape(population, code, slots):
 
 
 @no_refcount_inline_kernel
-def _body(slots, candidates, support_map):
-    """Body of the particles in the slots."""
+def _body_of_slots(slots, candidates, support_map):
+    """Make the body of the particles in the slots."""
     t = slots.properties
     moments, half, radius = load_three(t, MOMENTS), load_three(t, HALF), load(t, RADIUS)
     return Body(moments, candidates, slots.counts, half, radius, support_map)
 
 
 @no_refcount_kernel
-def _start(body, slots, loaded):
-    """Set up the rebounds of the particles just loaded; tell which of them touch the wall."""
+def _start_rebounds(body, slots, loaded):
+    """Set up the rebounds of the particles in the lanes ``loaded``; tell which touch the wall."""
     condition = condition_of(slots.condition)
-    approach(condition, body, slots.motion, loaded)
+    place_before_impact(condition, body, slots.motion, loaded)
     energy = 0.5 + rotational_energy(body.moments, slots.motion)
     store(slots.properties, INITIAL, select(loaded, energy, load(slots.properties, INITIAL)))
     return loaded & translates(condition)
 
 
 @no_refcount_kernel
-def _collide(law, body, slots, touching):
-    """Collide the particles that touch the wall; tell which have too many collisions."""
+def _collide_touching(law, body, slots, touching):
+    """Collide the particles that touch the wall; tell which of them met an alarm."""
     motion, condition = slots.motion, condition_of(slots.condition)
     gap = contact_point(body, motion, load(motion, HEIGHT), load(motion, V), slots.point)
     lift = select(touching, minimum(gap, 0.0), 0.0)
     store(motion, HEIGHT, load(motion, HEIGHT) - lift)
     numbers = condition.speed, condition.resolution
-    taken = collide(law, *numbers, body.moments, slots.point, motion, slots.series, touching)
+    taken = apply_collision(
+        law, *numbers, body.moments, slots.point, motion, slots.series, touching
+    )
     for k in range(2):
         store(slots.properties, TAKEN + k, load(slots.properties, TAKEN + k) + taken[k])
     top = departure_height(body, condition.instant, motion)
@@ -201,7 +213,7 @@ def _collide(law, body, slots, touching):
 
 
 @no_refcount_kernel
-def _retire(body, slots, finished, outcome):
+def _store_departed(body, slots, finished, outcome):
     """Store states, energies, inertia and collisions of the particles that have left."""
     motion, result = slots.motion, slots.result
     state, collisions, energy, inertias = outcome
@@ -227,8 +239,8 @@ def _retire(body, slots, finished, outcome):
 
 
 @inline_kernel
-def _first_of(where, particle):
-    """Particle in the first slot for which a mask holds."""
+def _particle_of_first_lane(where, particle):
+    """Return the particle in the first slot in which a mask is true."""
     slot = 0
     while not extract(where, slot):
         slot += 1
@@ -236,16 +248,17 @@ def _first_of(where, particle):
 
 
 @no_refcount_kernel
-def follow(law, population, conditions, drawn, code, no_map, members, slots, outcome):
-    """Follow particles of one shape until they have left; return one that met the alarm, or -1.
+def follow_particles(law, population, conditions, drawn, code, no_map, members, slots, outcome):
+    """Follow particles of one shape until they have left; return one that met an alarm, or -1.
 
-    ``drawn``: wall axes n and x in body axes (n, 6) and kind (n, 3) of all particles; ``code``:
-    shape code, FIRST_MESH + k of mesh k; ``no_map``: an empty one; ``members`` (m,): the rows of
-    the particles of this shape; ``outcome``: state, collisions, energies and inertia, as of
-    `tablegen.model.particle_run.simulate_batch`, in which the rows of ``members`` are written.
+    ``drawn`` are the wall axes n and x in body axes (n, 6) and the kinds (n, 3) of all particles;
+    ``code`` is the shape code, FIRST_MESH + k of mesh k; ``no_map`` is an empty support map;
+    ``members`` (m,) are the rows of the particles of this shape; ``outcome`` are the arrays state,
+    collisions, energies and inertia of `tablegen.model.particle_run.simulate_batch`, in which the
+    rows of ``members`` are written.
     """
     support_map = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
-    _clear(conditions, slots)
+    _clear_slots(conditions, slots)
     candidates = slots.candidates if has_vertices(code) else slots.candidates[:0]
     touching = active = mask_from_bits(0)
     upcoming = 0
@@ -262,17 +275,17 @@ def follow(law, population, conditions, drawn, code, no_map, members, slots, out
             return -1
         if loading != 0 and code < FIRST_MESH:
             _load_shape(population, code, slots)
-        body = _body(slots, candidates, support_map)
+        body = _body_of_slots(slots, candidates, support_map)
         if loading != 0:
-            touching = touching | _start(body, slots, loaded)
+            touching = touching | _start_rebounds(body, slots, loaded)
         if any_lane(touching):
-            alarm = _collide(law, body, slots, touching)
+            alarm = _collide_touching(law, body, slots, touching)
             if any_lane(alarm):
-                return _first_of(alarm, slots.particle)
+                return _particle_of_first_lane(alarm, slots.particle)
         flight = load(slots.properties, TOP), condition_of(slots.condition).tolerance
-        touches, left = fly(body, *flight, slots.motion, slots.series, active)
+        touches, left = fly_one_series(body, *flight, slots.motion, slots.series, active)
         touching = touches & active
         finished = left & active
         if any_lane(finished):
-            _retire(body, slots, finished, outcome)
+            _store_departed(body, slots, finished, outcome)
             active = active & logical_not(finished)

@@ -1,8 +1,8 @@
-"""Bounds of the arguments of the direct model: one table, which LAWS.md shows.
+"""Bounds of the arguments of the direct model, in the order in which LAWS.md shows them.
 
-Within them every rebound ends, with a finite state; LAWS.md has the cost of the worst corners.
-Beyond them time grows without end, or rounding errors do. They hold in files, flags and functions
-alike.
+Inside of the bounds every rebound ends with a finite state; LAWS.md has the cost of the worst
+corners. Outside, the time of a rebound or its rounding errors grow without limit. The same bounds
+apply in files, flags and functions.
 """
 
 import math
@@ -32,9 +32,9 @@ class Bounds:
         return f"{self.low:g} to {self.high:g}{self.unit}"
 
     def checked(self, name: str, value: Any) -> float:
-        """Return the number given for an argument; raises `InputError` if it is out of the range.
+        """Return the value of an argument as a float; raise `InputError` if it is out of range.
 
-        True and False, texts and arrays are no numbers.
+        True, False, texts and arrays are not numbers.
         """
         number = as_number(value)
         if not self.low <= number <= self.high:  # not a NaN either
@@ -48,7 +48,7 @@ class Bounds:
 
 
 def as_number(value: Any) -> float:
-    """Value as a floating-point number; NaN if it is not a number, or too large."""
+    """Convert a value to a float; NaN if it is not a number, or too large."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return math.nan
     try:
@@ -58,7 +58,7 @@ def as_number(value: Any) -> float:
 
 
 def as_text(value: Any) -> str:
-    """Text of a given value, short and in one line."""
+    """Write a value as a short text on one line."""
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
             return f"{float(value):.12g}"
@@ -76,17 +76,17 @@ ALPHA_DEG = Bounds(1e-6, 90.0, " degrees")
 #: Impact speed.
 SPEED = Bounds(1e-6, 1e5, " m/s")
 
-#: Each component of the angular velocity before the impact.
+#: Angular velocity before the impact along each axis.
 SPIN = Bounds(-1e3, 1e3, " V/a")
 
-#: Inertia about a spin over m a^2; of no particle is it larger than 2.
+#: Inertia about a spin over m a^2. No particle has one larger than 2.
 INERTIA = Bounds(0.0, 2.0)
 
-#: Angle [rad] that a particle may turn from its greatest height to its least, before any contact:
-#: 2 |spin| / sin(alpha1).
+#: Angle [rad] by which a particle may turn before its first contact, 2 |spin| / sin(alpha1).
 MOST_TURNED = 1e6
 
-#: Half-size [m] where any gives the same rebound: a power of two, so that units of a keep all bits.
+#: Half-size [m] for rebounds in units of a, which do not depend on it. It is a power of two, so
+#: that a change of units loses no bits.
 HALF_SIZE = 2.0**-17
 
 #: Smallest rebound speed of a contact point over V.
@@ -95,6 +95,6 @@ CONTACT_RESOLUTION = Bounds(1e-6, 0.1)
 #: Truncation of the flight series.
 TOLERANCE = Bounds(1e-14, 1e-4)
 
-#: Least extent of a mesh in the units of its file, and the largest coordinate. Cubes of these
-#: numbers are numbers.
+#: Least extent of a mesh in the units of its file, and largest coordinate. The cubes of these
+#: numbers neither overflow nor underflow.
 MESH_SIZE = Bounds(1e-30, 1e30)

@@ -1,15 +1,19 @@
 """Rebounds of many particles of a population, at one impact condition or at one each.
 
-Random particles are drawn first and sorted by shape, so that those followed in lockstep have
-equally many vertices. An audited run follows them one at a time, by the same kernels and to the
-same bits. It is a kernel of its own because it takes as long to compile, and few runs are audited.
+Nobody needs this file to change the physics. It draws the particles, sorts them by shape, so that
+particles followed in lockstep have equally many vertices, and follows each shape
+(`tablegen.model.lockstep`). An audited run follows one particle at a time, by the same functions
+and with the same bits. It is a kernel of its own because few runs are audited, and it takes as long
+to compile.
+
+Units are those of `tablegen.model.rebound`.
 """
 
 import numpy as np
 
 from tablegen.model.impacts import condition_of
 from tablegen.model.jit import kernel, no_refcount_kernel
-from tablegen.model.lockstep import follow, make_slots
+from tablegen.model.lockstep import follow_particles, make_slots
 from tablegen.model.random_particles import draw_particles
 from tablegen.model.rebound import (
     LEFT,
@@ -17,8 +21,8 @@ from tablegen.model.rebound import (
     U,
     V,
     W,
-    approach,
     departing_spin,
+    place_before_impact,
     rebound,
     rotational_energy,
     workspace,
@@ -51,17 +55,15 @@ def _sorted_by_shape(kind, codes):
 
 
 @no_refcount_kernel
-def follow_one(law, population, condition, drawn, motion, storage, audit):
-    """Rebound of one random particle with a given orientation.
+def follow_particle(law, population, condition, drawn, motion, storage, audit):
+    """Follow one random particle with a given orientation through its rebound.
 
-    It counts no references, because a body is made of slices of the caller's arrays.
-
-    ``drawn``: shape code, b / a and c / b; ``motion`` (13,): the orientation, and on return the
-    motion after the rebound; ``storage``: arrays for vertices and their number, an empty map, and
-    the work space of `rebound`. Returns the status, the number of collisions, the angular velocity
-    in wall axes with the inertia about it and, over the kinetic energy before, translational and
-    rotational energy after the rebound and the energies that the normal and the tangential impulses
-    took.
+    ``drawn`` is shape code, b / a and c / b. ``motion`` (13,) has the orientation, and on return
+    the motion after the rebound. ``storage`` are arrays for vertices and their number, an empty
+    support map, and the work space of `rebound`. Returns the status, the number of collisions, the
+    angular velocity in wall axes with the inertia about it, and four energies over the kinetic
+    energy before the impact: translational and rotational after the rebound, and those that the
+    normal and the tangential impulses took.
     """
     shape, ba, cb = drawn
     candidates, counts, no_map, work = storage
@@ -70,7 +72,7 @@ def follow_one(law, population, condition, drawn, motion, storage, audit):
     else:
         support_map = mesh_map(population.meshes, shape - FIRST_MESH)
         body = mesh_body(population.meshes, shape - FIRST_MESH, candidates, counts, support_map)
-    approach(condition, body, motion)
+    place_before_impact(condition, body, motion)
     initial = 0.5 + rotational_energy(body.moments, motion)
     status, collisions, taken = rebound(law, condition, body, motion, work, audit)
     translational = 0.5 * (motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2) / initial
@@ -81,18 +83,18 @@ def follow_one(law, population, condition, drawn, motion, storage, audit):
 
 @kernel
 def simulate_batch(law, population, conditions, keys, state, collisions, kind, energy, inertia):
-    """Simulate particles, WIDTH at a time; return the row of the first that did not finish, or -1.
+    """Simulate particles, WIDTH at a time; return the row of one that did not finish, or -1.
 
-    ``conditions`` (n, 10) or (1, 10): the impact of each particle, or of all
-    (`tablegen.model.impacts`); ``keys``: `ParticleKeys`. Written are
+    ``conditions`` (n, 10) or (1, 10) is the impact of each particle, or of all of them
+    (`tablegen.model.impacts`); ``keys`` are `ParticleKeys`. The other arrays are written:
 
     - ``state`` (n, 6): velocities over V, angular velocities times a / V, wall axes;
     - ``collisions`` (n,);
-    - ``kind`` (n, 3): shape code, with FIRST_MESH + k for mesh number k, b / a, c / b; read where
-      ``keys.grain`` is empty;
+    - ``kind`` (n, 3): shape code, with FIRST_MESH + k for mesh number k, b / a, c / b; if
+      ``keys.grain`` is empty, it is read and not written;
     - ``energy`` (n, 2) or (n, 4): translational and rotational energy over the energy before the
       impact, and the energies that the normal and the tangential impulses took;
-    - ``inertia`` (n,): that about the spin of a particle as it leaves, over m a^2; 0 without spin.
+    - ``inertia`` (n,): about the spin of a particle as it leaves, over m a^2; 0 without spin.
     """
     axes = np.empty((state.shape[0], 6))
     draw_particles(population, conditions, keys, axes, kind)
@@ -102,7 +104,7 @@ def simulate_batch(law, population, conditions, keys, state, collisions, kind, e
     drawn, outcome = (axes, kind), (state, collisions, energy, inertia)
     for code in range(codes):
         members = order[starts[code] : starts[code + 1]]
-        unfinished = follow(
+        unfinished = follow_particles(
             law, population, conditions, drawn, code, no_map, members, slots, outcome
         )
         if unfinished >= 0:
@@ -114,7 +116,7 @@ def simulate_batch(law, population, conditions, keys, state, collisions, kind, e
 def simulate_audited(
     law, population, conditions, keys, state, collisions, kind, energy, inertia, audit
 ):
-    """Simulate as `simulate_batch`, one particle at a time, every collision and flight checked.
+    """Simulate as `simulate_batch`, one particle at a time, and check each collision and flight.
 
     ``audit`` (AUDIT_SIZE,) gets the largest violation of each law.
     """
@@ -127,7 +129,7 @@ def simulate_audited(
         for k in range(6):
             motion[3 + k] = axes[i, k]
         drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
-        status, collisions[i], (spin, inertia[i]), energies = follow_one(
+        status, collisions[i], (spin, inertia[i]), energies = follow_particle(
             law, population, condition, drawn, motion, storage, audit
         )
         if status != LEFT:

@@ -1,11 +1,12 @@
-"""Kernels compiled as parts of the kernel that calls them: optional, and faster to compile.
+"""Compile functions as parts of the kernels that call them: optional, and faster to compile.
 
-By numba's public means every function is optimised with all that it calls once more, made machine
-code and wrapped for Python. A part is only written down; it is optimised once, with the kernel that
-Python calls. `tablegen compile` then takes two thirds of the processor time.
+Nobody needs this file to change the physics.
 
-That needs names that are not public. These are theirs in numba 0.60 to 0.68, with llvmlite 0.43 to
-0.50:
+By its public means numba optimises each function together with all that it calls, turns it into
+machine code, and wraps it for Python. A part is only translated; it is optimised once, with the
+kernel that Python calls. `tablegen compile` then takes two thirds of the processor time.
+
+That needs names that are not public. In numba 0.60 to 0.68, with llvmlite 0.43 to 0.50, they are:
 
 - `JITCodeLibrary` with ``_linking_libraries``, ``_final_module``, ``_finalized`` and
   ``_get_module_for_linking``, and llvmlite's `link_in`;
@@ -14,9 +15,9 @@ That needs names that are not public. These are theirs in numba 0.60 to 0.68, wi
 - ``get_call_template`` and ``get_overload``, which numba asks of a kernel that another one calls,
   and `infer_global`, which makes a function known to kernels.
 
-With another version of numba, or where a name is missing, this file raises ImportError, and
-`tablegen.model.jit` keeps to the public means: kernels take longer to compile, and have the same
-bits. After `.ci/newest` has passed with a newer version named in `_TESTED`, leave it there.
+With another version of numba, or if a name is missing, this file raises ImportError. Then
+`tablegen.model.jit` uses the public means: kernels take longer to compile and have the same bits.
+To allow a newer version of numba, name it in `_TESTED` and run `.ci/newest`.
 """
 
 from collections.abc import Callable
@@ -41,7 +42,7 @@ _UNNEEDED = {"inline_closure_likes", "inline_overloads", "nopython_rewrites", "d
 
 
 class _PartLibrary(JITCodeLibrary):
-    """Code of a part, with that of its own parts, before any optimisation."""
+    """Code of a part and of its own parts, before any optimisation."""
 
     def finalize(self) -> None:
         """Link in the parts that this one calls."""
@@ -52,7 +53,7 @@ class _PartLibrary(JITCodeLibrary):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class _PartLowering(NativeLowering):
-    """Write the code of a part, and tell its callers where it is."""
+    """Write the code of a part, and register it for its callers."""
 
     _name = "part_lowering"
 
@@ -60,7 +61,7 @@ class _PartLowering(NativeLowering):
         """Run the pass."""
         state.library = _PartLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         super().run_pass(state)
-        entry = object().__reduce__  # never called: numba wants a builtin function, one for each
+        entry = object().__reduce__  # never called; numba needs a different builtin for each part
         state.targetctx.insert_user_function(entry, state.cr.fndesc, [state.library])
         state.cr = state.cr._replace(cfunc=entry)
         return True
@@ -70,19 +71,19 @@ class _PartCompiler(CompilerBase):
     """Compiler of parts."""
 
     def define_pipelines(self) -> list[Any]:
-        """Give numba's passes, with another last one and without those that kernels do not need."""
+        """Return numba's passes without those that kernels do not need, and with our last one."""
         self.state.flags.no_compile = True
-        given = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        given.passes = [
-            (_PartLowering if made is NativeLowering else made, text)
-            for made, text in given.passes
-            if made.name() not in _UNNEEDED
+        pipeline = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        pipeline.passes = [
+            (_PartLowering if compiler_pass is NativeLowering else compiler_pass, text)
+            for compiler_pass, text in pipeline.passes
+            if compiler_pass.name() not in _UNNEEDED
         ]
-        given.finalize()
-        return [given]
+        pipeline.finalize()
+        return [pipeline]
 
 
-#: Numba refers to them, and does not keep them.
+#: Parts, kept alive here because numba only refers to them.
 _REGISTERED: list[Any] = []
 
 

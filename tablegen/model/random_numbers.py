@@ -1,7 +1,7 @@
 """Random numbers from keys: Philox4x32-10 and the standard normal quantile.
 
-A block of four 32-bit words is a pure function of a 64-bit key and a 128-bit counter, so any number
-can be repeated from its keys alone, in any order, on any thread.
+A block of four 32-bit words is a pure function of a 64-bit key and a 128-bit counter. So any number
+can be computed again from its keys, in any order and on any thread.
 
 Sources: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC'11.
 Wichura, "The percentage points of the normal distribution", Appl. Statist. 37 (1988): algorithm
@@ -19,19 +19,19 @@ _W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
 _LOW, _HALF = np.uint64(0xFFFFFFFF), np.uint64(32)
 _ROUNDS = 10
 
-#: Distance of a probability from 1/2 up to which `central_ratio` gives its quantile.
+#: Distance of a probability from 1/2 up to which `central_ratio` gives the quantile.
 MIDDLE = 0.425
 
 
 @inline_kernel
 def philox_block(seed, index, hit, block):
-    """Block of four words, uint32, for the keys of a rebound.
+    """Compute a block of four words, uint32, for the keys of a rebound.
 
     The key is the seed; the counter is (index low, index high, hit, block).
     """
     key, i = np.uint64(seed), np.uint64(index)
     key0, key1 = key & _LOW, key >> _HALF
-    # Words are in the lower halves of 64 bits; the upper halves do not matter.
+    # the words are in the lower halves of 64 bits; the upper halves do not matter
     c0, c1, c2, c3 = i, i >> _HALF, np.uint64(np.uint32(hit)), np.uint64(block)
     for number in range(_ROUNDS):
         k = np.uint64(number)
@@ -47,13 +47,16 @@ def philox_block(seed, index, hit, block):
 
 @inline_kernel
 def uniform(word):
-    """Uniform number in the open interval (0, 1): (word + 1/2) 2**-32."""
+    """Convert a word to a uniform number in the open interval (0, 1): (word + 1/2) 2**-32."""
     return (np.float64(word) + 0.5) * 2.0**-32
 
 
 @inline_kernel
 def central_ratio(r):
-    """Quantile over p - 1/2 for |p - 1/2| <= `MIDDLE`, in r = 0.180625 - (p - 1/2)^2."""
+    """Compute the quantile over p - 1/2, in r = 0.180625 - (p - 1/2)^2.
+
+    It holds for |p - 1/2| up to `MIDDLE`.
+    """
     num = 2.5090809287301226727e3
     num = num * r + 3.3430575583588128105e4
     num = num * r + 6.7265770927008700853e4
@@ -75,7 +78,7 @@ def central_ratio(r):
 
 @kernel
 def _tail(r):
-    """Quantile in the tail, in r = sqrt(-log(min(p, 1 - p)))."""
+    """Compute the size of the quantile in a tail, in r = sqrt(-log(min(p, 1 - p)))."""
     if r <= 5.0:
         r -= 1.6
         num = 7.74545014278341407640e-4
@@ -117,7 +120,7 @@ def _tail(r):
 
 @inline_kernel
 def normal_quantile(p):
-    """Return the standard normal quantile of p in the open interval (0, 1)."""
+    """Compute the standard normal quantile of p in the open interval (0, 1)."""
     q = p - 0.5
     if abs(q) <= MIDDLE:
         return q * central_ratio(0.180625 - q * q)
@@ -128,5 +131,5 @@ def normal_quantile(p):
 
 @kernel
 def normal_cdf(x):
-    """Evaluate the standard normal distribution function."""
+    """Compute the standard normal distribution function."""
     return 0.5 * math.erfc(-x * 0.7071067811865476)

@@ -1,10 +1,13 @@
 """Random particles: shape, aspect ratios and orientation from counter-based random numbers.
 
-A particle is a pure function of (seed, index, hit): block 0 of its counter gives b/a, c/b and
-two orientation numbers, block 1 the third orientation number and the shape: of a grain that
-tumbles, the numbers of its orientation are its phases. Shape and ratios may be
-those of another hit: a particle that keeps its grain has those of hit 0. One particle and several
-in lanes have the same bits.
+A particle is a pure function of (seed, index, hit). Block 0 of its random words gives b/a, c/b and
+two numbers of the orientation; block 1 gives the third number of the orientation and the shape. If
+the grain tumbles, the three numbers are its phases (`tablegen.model.tumbling`), otherwise they give
+a uniform orientation (`tablegen.model.rotation.set_orientation`). Shape and ratios may come from
+another hit: a particle that keeps its grain has those of hit 0 at every wall.
+
+The ratios are dimensionless; moments of inertia are over m a^2. One particle and several in lanes
+have the same bits. Source of the truncated normal ratios: Panfilov & Tsirkunov 2022.
 """
 
 import math
@@ -40,10 +43,10 @@ from tablegen.model.simd import (
 )
 from tablegen.model.tumbling import axes_of_tumbling, is_round
 
-#: Keeps direct simulation, and the grains, of a seed on other random numbers than the draws.
+#: Combined with the seed, so that direct simulation uses other random numbers than a table's draw.
 SIMULATION_KEY = np.uint64(0x5349_4D55_4C41_5445)
 
-#: Share by which an inertia may leave the moments of a grain: rounding to single precision.
+#: Share by which an inertia may exceed the moments of a grain, by rounding to single precision.
 ROUNDING = 1e-6
 
 #: The hit whose random numbers make the grain that a particle keeps.
@@ -54,8 +57,8 @@ _LEAST, _MOST = ASPECT.low, ASPECT.high
 
 
 @kernel
-def quantile(p):
-    """Return the standard normal quantile of p in (0, 1), its tails lane by lane."""
+def quantile_of_lanes(p):
+    """Compute the standard normal quantile of p in (0, 1), the tails lane by lane."""
     q = p - 0.5
     value = q * central_ratio(0.180625 - q * q)
     outer = abs(q) > MIDDLE
@@ -68,18 +71,18 @@ def quantile(p):
 
 @no_refcount_inline_kernel
 def aspect_ratio(law, row, u):
-    """Truncated-normal aspect ratio for u in (0, 1), from a row of `PopulationArguments.aspect`."""
+    """Compute a truncated normal ratio from u in (0, 1) and a row of ``aspect``."""
     mean, deviation, low, high = law[row, 0], law[row, 1], law[row, 2], law[row, 3]
     if deviation == 0.0:
         ratios = mean + 0.0 * u
     else:
-        ratios = mean + deviation * quantile(low + u * (high - low))
+        ratios = mean + deviation * quantile_of_lanes(low + u * (high - low))
     return minimum(_MOST, maximum(_LEAST, ratios))
 
 
 @no_refcount_inline_kernel
 def _pick_row(population, u):
-    """Row of the shapes of a population for a uniform number u in (0, 1)."""
+    """Choose a row of the shapes of a population by a uniform number u in (0, 1)."""
     row = 0
     for k in range(population.shape_codes.size - 1):
         row += int(u >= population.cumulative_weights[np.uint64(k)])
@@ -88,9 +91,9 @@ def _pick_row(population, u):
 
 @no_refcount_inline_kernel
 def _uniforms(seed, index, hit, grain):
-    """Uniform numbers of a particle: two aspect ratios, three of the orientation, the shape.
+    """Draw six uniform numbers: two of the ratios, three of the orientation, one of the shape.
 
-    The orientation is that of ``hit``, the grain that of the hit ``grain``.
+    The orientation belongs to ``hit``, ratios and shape to the hit ``grain``.
     """
     key, index = np.uint64(seed) ^ SIMULATION_KEY, np.uint64(index)
     b_over_a, c_over_b, u, v = philox_block(key, index, np.uint32(hit), np.uint32(0))
@@ -104,7 +107,7 @@ def _uniforms(seed, index, hit, grain):
 
 @no_refcount_inline_kernel
 def _own_sizes(population, shape, b_over_a, c_over_b):
-    """Aspect ratios of a particle, which a sphere and a mesh do not draw."""
+    """Return the ratios of a particle: its own for a sphere or mesh, otherwise the drawn ones."""
     if shape == SPHERE:
         return 1.0, 1.0
     if shape >= FIRST_MESH:
@@ -116,9 +119,10 @@ def _own_sizes(population, shape, b_over_a, c_over_b):
 
 @no_refcount_kernel
 def draw_grain(population, seed, index, hit):
-    """Draw a grain: shape code, b / a and c / b, as floats; as that of hit 0 a particle keeps it.
+    """Draw a grain: shape code, b / a and c / b, as floats.
 
-    Mesh number k of the population has the code FIRST_MESH + k, and half-sizes of its own.
+    A particle that keeps its grain has that of hit 0. Mesh number k of the population has the code
+    FIRST_MESH + k, and its own half-sizes.
     """
     first, second, _, _, _, which = _uniforms(seed, index, hit, hit)
     shape = population.shape_codes[_pick_row(population, which)]
@@ -129,7 +133,7 @@ def draw_grain(population, seed, index, hit):
 
 @no_refcount_inline_kernel
 def _grain_fits(population, shape, b_over_a, c_over_b):
-    """Whether a shape code and ratios are those of a grain; a mesh has half-sizes of its own."""
+    """Tell whether a shape code and ratios describe a grain; a mesh has its own half-sizes."""
     if FIRST_MESH <= shape < FIRST_MESH + population.meshes.resolutions.size:
         return shape == math.floor(shape)
     known = 0.0 <= shape < FIRST_MESH and shape != MESH and shape == math.floor(shape)
@@ -140,9 +144,9 @@ def _grain_fits(population, shape, b_over_a, c_over_b):
 class ParticleKeys(NamedTuple):
     """Keys of the random numbers of n particles; arrays have n elements, or one for all.
 
-    ``seed`` and ``particle`` (uint64) identify the particle, ``hit`` (uint32) its rebound, which
-    gives the orientation. ``grain`` (uint32) is the hit whose random numbers give the shape and its
-    ratios; it is empty where the grains are given.
+    ``seed`` and ``particle`` (uint64) identify the particle. ``hit`` (uint32) identifies its
+    rebound and decides the orientation. ``grain`` (uint32) is the hit whose random numbers give
+    shape and ratios; it is empty if the grains are given.
     """
 
     seed: np.uint64
@@ -152,7 +156,7 @@ class ParticleKeys(NamedTuple):
 
 
 def keys_of_run(seed: int, stream: int, first: int, count: int) -> ParticleKeys:
-    """Keys of the particles ``first``, ``first + 1``, ... of a stream."""
+    """Make the keys of the particles ``first``, ``first + 1``, ... of a stream."""
     index = np.arange(first, first + count, dtype=np.uint64)
     streams = np.array([stream], dtype=np.uint32)
     return ParticleKeys(np.uint64(seed), index, streams, streams)
@@ -160,7 +164,7 @@ def keys_of_run(seed: int, stream: int, first: int, count: int) -> ParticleKeys:
 
 @no_refcount_inline_kernel
 def moments_of(population, shape, b_over_a, c_over_b):
-    """Principal moments of inertia of a grain over m a^2, in rising order."""
+    """Compute the principal moments of inertia of a grain over m a^2, in rising order."""
     if shape >= FIRST_MESH:
         moments, mesh = population.meshes.moments, int(shape) - FIRST_MESH
         return moments[mesh, 0], moments[mesh, 1], moments[mesh, 2]
@@ -171,16 +175,17 @@ def moments_of(population, shape, b_over_a, c_over_b):
 def draw_particles(population, conditions, keys, axes, kind):
     """Draw particles: write wall axes n and x in body axes, (n, 6), and kinds, (n, 3).
 
-    A kind is shape code, b / a, c / b; those that the keys give stay. Orientations are those of
-    free tumbling with the spin and the inertia of ``conditions`` (n, 10) or (1, 10); uniform
-    without a spin, with an unknown inertia, and where a grain turns about any axis alike.
+    A kind is shape code, b / a, c / b. If ``keys.grain`` is empty, the kinds are given and stay.
+    The orientations are those of free tumbling with the spin and the inertia of ``conditions`` (n,
+    10) or (1, 10). They are uniform for particles without spin, or with an inertia that is not
+    known, and for grains that are round.
     """
     given = keys.grain.size == 0
     words, motion, ratio = lane_array(6), lane_array(9), lane_array(2)
     for start in range(0, axes.shape[0], WIDTH):
         count = min(WIDTH, axes.shape[0] - start)
         for i in range(WIDTH):
-            # lanes that are not full repeat the last particle
+            # lanes without a particle repeat the last one
             k = start + min(i, count - 1)
             hit = item(keys.hit, k)
             grain = hit if given else item(keys.grain, k)
@@ -215,9 +220,10 @@ def draw_particles(population, conditions, keys, axes, kind):
 
 @kernel
 def first_wrong_inertia(population, kind, conditions):
-    """First row of ``conditions`` (n, 10) with an inertia that its grain cannot turn with, or -1.
+    """Find the first row of ``conditions`` (n, 10) whose grain cannot have that inertia, or -1.
 
-    ``kind`` (n, 3) are the grains. An inertia that is not known fits, and so does any without spin.
+    ``kind`` (n, 3) are the grains. An inertia that is not known is allowed, and so is any inertia
+    without spin.
     """
     for k in range(kind.shape[0]):
         known = conditions[k, INERTIA]
@@ -240,8 +246,8 @@ def draw_grains(population, seed, index, hit, kind):
 
 
 @no_refcount_kernel
-def first_misfit(population, kind):
-    """First row of ``kind`` (n, 3) that is no grain, or -1."""
+def first_wrong_grain(population, kind):
+    """Find the first row of ``kind`` (n, 3) that is no grain of the population, or -1."""
     for k in range(kind.shape[0]):
         if not _grain_fits(population, kind[k, 0], kind[k, 1], kind[k, 2]):
             return k

@@ -1,37 +1,39 @@
-"""How far a tumbling grain can reach: where its fall to the wall may begin, and when it has left.
+"""How far a tumbling grain reaches: where its fall to the wall may begin, and when it has left.
 
-The phases of free tumbling are uniform at any time. So a fall may begin at any height at which the
-grain cannot touch the wall, whatever the phases. That saves most of the time of grazing impacts: a
-grain that reaches half as far as its bounding radius would turn thousands of radians between that
-radius and the wall, and as many again after it has left.
+In free tumbling all phases are equally likely at any time. So the simulation of a fall may begin at
+any height at which the grain cannot touch the wall, whatever its phases. That saves most of the
+time of grazing impacts: a grain whose reach is half of its bounding radius would turn by thousands
+of radians between that radius and the wall, and as many again after it has left.
 
-The direction l of the angular momentum stands still in the lab, and so does its angle to the wall
-normal n, whose cosine is c. In body axes the squares of l move on a straight line, on which each
-has a largest and a smallest value. An axis of the body from which l is an angle b away is at least
-the difference of b and the angle of l from n, or nothing, away from n: that bounds the components
-of n, and with them the support function.
+The direction l of the angular momentum is constant in the lab, and so is the cosine c of its angle
+to the wall normal n. In body axes (l1^2, l2^2, l3^2) moves on a straight line, so each of the three
+has a smallest and a largest value. If the angle between l and an axis of the body is beta, the
+angle between n and that axis is at least |beta - arccos c|. That bounds n1, n2 and n3, and with
+them the support function of the body.
+
+Units: lengths in a; moments of inertia in any unit. The bound is ours.
 """
 
 from tablegen.model.frames import dot
 from tablegen.model.jit import inline_kernel, no_refcount_kernel
 from tablegen.model.simd import maximum, minimum, select, sqrt
 
-#: Keeps quotients finite.
+#: Smallest divisor, so that quotients stay finite.
 _TINY = 1e-200
 
-#: Margin over the bound on a height, in units of a: a cosine near one, rounded, is that of an angle
-#: wrong by 1e-8.
+#: Margin above the bound on a height, in units of a. The rounding of a cosine near one changes its
+#: angle by 1e-8.
 MARGIN = 1e-6
 
 
 @inline_kernel
 def _ends_of_squares(moments, squares):
-    """Smallest and largest squares of l over the tumbling, for those of now."""
+    """Compute the smallest and the largest squares of l during the tumbling from present ones."""
     i1, i2, i3 = 1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2]
-    # along the line the squares change by these numbers, the second by minus the sum
+    # along the line the first and third square grow by up1 and up3, and the second falls by the sum
     up1, up3 = i2 - i3, i1 - i2
     s1, s2, s3 = squares
-    # until the second vanishes, and until the first or third does
+    # the line goes on until the second square is zero, and back until the first or third is
     on = s2 / maximum(up1 + up3, _TINY)
     back = minimum(s1 / maximum(up1, _TINY), s3 / maximum(up3, _TINY))
     least = maximum(s1 - up1 * back, 0.0), 0.0 * s2, maximum(s3 - up3 * back, 0.0)
@@ -40,7 +42,7 @@ def _ends_of_squares(moments, squares):
 
 @inline_kernel
 def _most_of_normal(cosine, least, most):
-    """Largest component of n along an axis of the body, from the ends of the square of l."""
+    """Bound the size of n along an axis of the body from the smallest and largest square of l."""
     low, high = sqrt(minimum(least, 1.0)), sqrt(minimum(most, 1.0))
     near = minimum(maximum(cosine, low), high)
     return near * cosine + sqrt((1.0 - near * near) * maximum(1.0 - cosine * cosine, 0.0))
@@ -48,7 +50,7 @@ def _most_of_normal(cosine, least, most):
 
 @inline_kernel
 def _reach_of_ellipsoid(half, ends):
-    """Largest support of an ellipsoid whose directions have components up to some ends."""
+    """Compute the largest support of an ellipsoid for n whose sizes along the axes are bounded."""
     _, b, c = half
     first = minimum(ends[0] * ends[0], 1.0)
     second = minimum(ends[1] * ends[1], 1.0 - first)
@@ -57,10 +59,11 @@ def _reach_of_ellipsoid(half, ends):
 
 @no_refcount_kernel
 def _reach_of_box(half, ends):
-    """Largest support of a box of half-sizes ``half`` in directions with components up to ends.
+    """Compute the largest support of a box for n whose sizes along the axes are at most ``ends``.
 
-    Those that would be larger along the diagonal are at their ends, and the rest shares what is
-    left in proportion to the half-sizes.
+    Without the bounds the best n is along the diagonal of the box. An axis along which that is too
+    large is set to its bound; the other axes share what is left of the unit length in proportion to
+    their half-sizes.
     """
     a, b, c = half
     x, y, z = ends
@@ -77,9 +80,10 @@ def _reach_of_box(half, ends):
 
 @no_refcount_kernel
 def tumbling_reach(body, momentum, normal):
-    """Height of the centre over the wall at which a tumbling grain cannot touch it.
+    """Compute a height of the centre at which a tumbling grain cannot touch the wall.
 
-    ``momentum``, its angular momentum in any unit, and the wall normal are in body axes now.
+    ``momentum`` is the present angular momentum in body axes and any unit, ``normal`` the present
+    wall normal in body axes.
     """
     square = dot(momentum, momentum)
     scale = select(square > _TINY, 1.0 / sqrt(maximum(square, _TINY)), 0.0)

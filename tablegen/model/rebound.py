@@ -1,7 +1,10 @@
 """A whole rebound: collisions and free flights until the particle has left the wall.
 
 Units: lengths in a, velocities in the impact speed V, angular velocities in V / a, mass one.
-The motion is kept in one array so that every piece of the model reads the same state:
+Source: Panfilov & Tsirkunov 2022, equations (1) to (7), with Coulomb's law of friction and the
+resolution of sustained contact added.
+
+The motion is one array, from which every part of the model reads the same state:
 
     0:3  angular velocity in body axes
     3:6  wall normal n in body axes
@@ -9,15 +12,15 @@ The motion is kept in one array so that every piece of the model reads the same 
     9:12 velocity of the centre in wall axes (u, v, w)
     12   height of the centre over the wall
 
-The angular velocity W changes in flight (the body tumbles), but the angular momentum L = J W and
-the rotational energy T do not. Angular velocities before and after a rebound are the mean M over
-that tumbling, (2T/L^2) L. With the orientation it gives L = M M^2 / (M . J^-1 M) back. On request
-that after the rebound is the one of an instant, as the centre passes `CLEARANCE` above the bounding
-radius of the particle, where no point can touch the wall any more.
+The body tumbles in flight: its angular velocity W changes, but its angular momentum L = J W and its
+rotational energy T do not. The angular velocities before and after a rebound are means over that
+tumbling, M = (2T/L^2) L. From M and the orientation follows L = M M^2 / (M . J^-1 M). On request
+the angular velocity after the rebound is that of an instant: the one at which the centre passes
+`CLEARANCE` above the bounding radius of the particle, where no point can touch the wall any more.
 
-`collide` and `fly` are the two steps of a rebound; they take the arrays of one particle or
-of lanes (see `tablegen.model.simd`). `rebound` follows one particle by them, step by step and
-audited; `tablegen.model.lockstep` follows many.
+`apply_collision` and `fly_one_series` are the two steps of a rebound. They take the arrays of one
+particle or of lanes. `rebound` follows one particle by them and can audit each step;
+`tablegen.model.lockstep` follows many particles.
 """
 
 import math
@@ -27,14 +30,21 @@ import numpy as np
 from sampler.formats.bounds import COULOMB
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energies_taken, energy_gain, impulse, mean_velocity
-from tablegen.model.contact import contact_point, search
+from tablegen.model.contact import contact_point, first_contact
 from tablegen.model.contact_laws import resistance, restitution, tabulated_resistance
 from tablegen.model.coulomb import Ending, coulomb_impulse
 from tablegen.model.frames import cross
 from tablegen.model.impacts import translates
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.reach import tumbling_reach
-from tablegen.model.rotation import NORMAL, ORDER, evaluate, expand, rate_bounds, series_span
+from tablegen.model.rotation import (
+    NORMAL,
+    ORDER,
+    advance_motion,
+    expand_motion,
+    rate_bounds,
+    series_span,
+)
 from tablegen.model.shapes import support_depth
 from tablegen.model.simd import (
     any_lane,
@@ -55,34 +65,36 @@ from tablegen.model.sliding import Friction
 MOTION_SIZE = 13
 U, V, W, HEIGHT = 9, 10, 11, 12
 
-#: Results of :func:`rebound`.
+#: Status that :func:`rebound` returns: the particle has left the wall, or an alarm was reached.
 LEFT, UNFINISHED = 0, 1
 
 #: Collisions after which a particle is reported as unfinished. It is an alarm, not a cap: the
-#: caller must raise, never use the state. The longest chain met at the default resolution has
-#: some hundreds of collisions.
+#: caller must raise an error, and never use the state. At the default resolution the longest chains
+#: have a few hundred collisions.
 COLLISION_ALARM = 100_000_000
 
-#: Height over its bounding radius at which a particle has left and its state is taken. Any positive
-#: height would do; this one is the mean height gained in half a step of 0.04 rad, by which the
-#: independent reference simulation passes the bounding radius. At zero, correlations of omega_x and
-#: omega_y differ from the reference's by up to 0.008, at this height by no more than its noise.
+#: Height over the bounding radius at which a particle has left and its state is taken. Any positive
+#: height would do. This one is the mean height gained in half a step of 0.04 rad, by which the
+#: independent reference simulation passes the bounding radius. With a height of zero, correlations
+#: of omega_x and omega_y differ from those of the reference by up to 0.008; with this height they
+#: differ by no more than its noise.
 CLEARANCE = 0.006
 
-#: Square of an angle [rad]: a particle that turns less before it has left is followed so far.
+#: Square of an angle [rad]. A particle that would turn by less until it passes the bounding radius
+#: is followed up to there.
 _LONG_WAY = 9.0
 
 
 @no_refcount_inline_kernel
 def rotational_energy(moments, motion):
-    """Rotational energy per unit mass, in units of V^2."""
+    """Compute the rotational energy per unit mass, in units of V^2."""
     w1, w2, w3 = load_three(motion, 0)
     return 0.5 * (moments[0] * w1 * w1 + moments[1] * w2 * w2 + moments[2] * w3 * w3)
 
 
 @no_refcount_inline_kernel
 def _wall_axes(motion):
-    """Wall axes x, y = n and z in body axes."""
+    """Read the wall axes x, y = n and z in body axes."""
     x, n = load_three(motion, 6), load_three(motion, 3)
     return x, n, cross(x, n)
 
@@ -94,9 +106,10 @@ def _dot(a, b):
 
 @no_refcount_inline_kernel
 def departing_spin(moments, instant, motion):
-    """Angular velocity in wall axes, and the inertia about its mean over free tumbling.
+    """Compute the angular velocity in wall axes, and the inertia about its mean over free tumbling.
 
-    The angular velocity is that mean, or that of ``instant``. Without spin both are 0.
+    The angular velocity is that mean, or the present one if ``instant`` is positive. Both results
+    are 0 for a particle without spin.
     """
     x, n, z = _wall_axes(motion)
     w = load_three(motion, 0)
@@ -113,11 +126,11 @@ def departing_spin(moments, instant, motion):
 
 @no_refcount_kernel
 def departure_height(body, instant, motion):
-    """Height at which a particle that rises has left.
+    """Compute the height at which a particle that rises has left.
 
-    No phase of its tumbling touches the wall from there; it is looked for where the way to the
-    bounding radius is long. Where angular velocities of an instant are asked for, it is that of the
-    instant.
+    It is `CLEARANCE` above the bounding radius. If the particle would turn far until then, it is
+    the lower height from which no phase of its tumbling touches the wall (`tumbling_reach`), unless
+    the angular velocity of an instant is asked for.
     """
     w, v, top = load_three(motion, 0), load(motion, V), body.bounding_radius + CLEARANCE
     way = top - load(motion, HEIGHT)
@@ -130,7 +143,7 @@ def departure_height(body, instant, motion):
 
 @inline_kernel
 def present_spin(moments, mean):
-    """Angular velocity now in body axes, from the mean over free tumbling."""
+    """Compute the present angular velocity in body axes from the mean over free tumbling."""
     over = mean[0] / moments[0], mean[1] / moments[1], mean[2] / moments[2]
     share = _dot(mean, over)
     turns = share > 0.0
@@ -140,9 +153,10 @@ def present_spin(moments, mean):
 
 @inline_kernel
 def _mobility(a, b, c, inverse):
-    """Entries A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p.
+    """Compute the mobility: A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p.
 
-    ``a``, ``b``, ``c`` are the torque arms r x e of the three wall axes in body axes.
+    ``a``, ``b``, ``c`` are the torque arms r x e of the three wall axes in body axes, ``inverse``
+    the reciprocal moments of inertia.
     """
     ai = a[0] * inverse[0], a[1] * inverse[1], a[2] * inverse[2]
     bi = b[0] * inverse[0], b[1] * inverse[1], b[2] * inverse[2]
@@ -152,13 +166,13 @@ def _mobility(a, b, c, inverse):
 
 
 @no_refcount_inline_kernel
-def _bounded_impulse(k, bounce, resolution, mobility, velocity):
-    """Impulse for a rebound velocity ``bounce`` of the contact, no smaller than the resolution.
+def _impulse_of_bounce(k, bounce, resolution, mobility, velocity):
+    """Compute the impulse for a rebound velocity ``bounce`` of the contact, or for the resolution.
 
-    Returns also the energy that its normal part takes: the tangential impulse is a constant times
-    the mean tangential velocity and the normal one, so both act at the mean velocities. Lifting a
-    nearly rolling contact to the resolution would add energy; there an elastic bounce is the
-    strongest one that cannot.
+    The larger of the two counts. If lifting a nearly rolling contact to the resolution would add
+    energy, the bounce is elastic instead, the strongest that adds none. Also returns the energy
+    that the normal impulse takes. Both parts of the impulse act at the mean contact velocity,
+    because they are proportional to each other throughout the collision.
     """
     u, v, w = velocity
     jump = maximum(bounce, resolution) - v
@@ -173,11 +187,12 @@ def _bounded_impulse(k, bounce, resolution, mobility, velocity):
 
 
 @no_refcount_kernel
-def _sprung_back(law, mobility, velocity, s):
-    """Impulse of a sphere whose contact springs back along the wall where it does not slide.
+def _spring_back_impulse(law, mobility, velocity, s):
+    """Compute the impulse of a sphere with a tangential restitution b.
 
-    With the tangential restitution b it is -(1 + b) u / A_tt, but at most Coulomb's of sliding.
-    Source: Walton & Braun, J. Rheol. 30 (1986) 949.
+    If the contact does not slide throughout, it springs back along the wall: the tangential impulse
+    is -(1 + b) u / A_tt. It is at most Coulomb's impulse of sliding. Source: Walton & Braun,
+    J. Rheol. 30 (1986) 949.
     """
     u, v, w = velocity
     slide = sqrt(u * u + w * w)
@@ -189,12 +204,13 @@ def _sprung_back(law, mobility, velocity, s):
 
 
 @no_refcount_kernel
-def _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where):
-    """Impulse by Coulomb's law, with energetic restitution, and the energy its normal part takes.
+def _coulomb_impulse(law, a_nc, resolution, mobility, velocity, series, where):
+    """Compute the impulse by Coulomb's law, and the energy that its normal part takes.
 
-    Contacts that approach more slowly than the resolution are those of a sustained contact. They
-    follow the constant law with the dynamic coefficient, which is Coulomb's while they slide. An
-    energetic restitution would make the bounces of a rolling contact smaller for ever.
+    The restitution is energetic (`tablegen.model.coulomb`). Contacts that approach more slowly than
+    the resolution belong to a sustained contact. They follow the constant law with the dynamic
+    coefficient, which is Coulomb's law while they slide; with an energetic restitution the bounces
+    of a rolling contact would become smaller without end.
     """
     u, v, w = velocity
     hard = where & (v <= -resolution)
@@ -202,51 +218,51 @@ def _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where):
     ending = Ending((1.0 - a_nc) * (1.0 + a_nc), resolution)
     s, taken = coulomb_impulse(friction, ending, mobility, velocity, series, hard)
     if law.resistances.size > 0:
-        s = _sprung_back(law, mobility, velocity, s)
+        s = _spring_back_impulse(law, mobility, velocity, s)
     soft = where & logical_not(hard)
     if any_lane(soft):
         k = law.factor / sqrt(u * u + v * v + w * w)
-        t, gone = _bounded_impulse(k, a_nc * -v, resolution, mobility, velocity)
+        t, gone = _impulse_of_bounce(k, a_nc * -v, resolution, mobility, velocity)
         s = select_three(soft, t, s)
         taken = select(soft, gone, taken)
     return s, taken
 
 
 @no_refcount_kernel
-def collide(law, speed, resolution, moments, point, motion, series, where=True):
+def apply_collision(law, speed, resolution, moments, point, motion, series, where=True):
     """Apply one collision at the contact ``point`` to ``motion``, in the lanes that collide.
 
-    The rebound velocity of the contact point is a_nc |v_c| (6), or the resolution where that is
-    smaller: tiny bounces are nearly elastic and would go on for ever (sustained contact). Under
-    Coulomb's law a_nc is the energetic restitution instead (`tablegen.model.coulomb`).
+    The contact point leaves with the velocity a_nc |v_c|, equation (6), or with the resolution if
+    that is larger: tiny bounces are nearly elastic and would go on without end (sustained contact).
+    Under Coulomb's law a_nc is the energetic restitution instead (`tablegen.model.coulomb`).
 
-    ``speed`` is V [m/s], ``resolution`` the smallest rebound speed of the contact point over V,
-    ``moments`` are those of inertia, ``point`` (3,) is from the centre in body axes, ``series``
-    (9, ORDER + 1) work space. Returns the energies per unit mass, in units of V^2, that the normal
-    and the tangential impulse took.
+    ``speed`` is V [m/s]; ``resolution`` is the smallest rebound speed of the contact point over V;
+    ``moments`` are the principal moments of inertia; ``point`` (3,) is measured from the centre in
+    body axes; ``series`` (9, ORDER + 1) is work space. Returns the energies that the normal and the
+    tangential impulse took, per unit mass and in units of V^2.
     """
     x, n, z = _wall_axes(motion)
     r = load_three(point, 0)
-    # r x e for each wall axis e: the torque arm of an impulse along e
+    # the torque arm of an impulse along each wall axis e is r x e
     a, b, c = cross(r, x), cross(r, n), cross(r, z)
     inverse = 1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2]
     mobility = _mobility(a, b, c, inverse)
     w = load_three(motion, 0)
     u, v, w_z = load_three(motion, U)
-    # contact velocity (2)
+    # the velocity of the contact point, equation (2)
     u_c, v_c, w_c = u + _dot(w, a), v + _dot(w, b), w_z + _dot(w, c)
-    # lanes that do not collide may recede, which has no solution to search for
+    # a lane that does not collide may recede, and then the search for an impulse would not end
     v_c = select(where, v_c, -1.0)
     size_c = sqrt(u_c * u_c + v_c * v_c + w_c * w_c)
     cosine = -v_c / size_c
     a_nc = restitution(law, speed * size_c, cosine)
     velocity = u_c, v_c, w_c
     if law.resistance_law == COULOMB:
-        s, taken = _friction_impulse(law, a_nc, resolution, mobility, velocity, series, where)
+        s, taken = _coulomb_impulse(law, a_nc, resolution, mobility, velocity, series, where)
     else:
         r_dot_v = u * _dot(r, x) + v * _dot(r, n) + w_z * _dot(r, z)
         c_f = resistance(law, r_dot_v, sqrt(_dot(r, r)), sqrt(u * u + v * v + w_z * w_z), cosine)
-        s, taken = _bounded_impulse(c_f / size_c, a_nc * -v_c, resolution, mobility, velocity)
+        s, taken = _impulse_of_bounce(c_f / size_c, a_nc * -v_c, resolution, mobility, velocity)
     after = u + s[0], v + s[1], w_z + s[2]
     store_three(motion, U, select_three(where, after, (u, v, w_z)))
     for i in range(3):
@@ -258,49 +274,50 @@ def collide(law, speed, resolution, moments, point, motion, series, where=True):
 
 @inline_kernel
 def has_no_impulse(taken):
-    """Whether a collision did not end (`tablegen.model.coulomb.PIECE_ALARM`), from its energies."""
+    """Tell from its energies whether a collision did not end (`coulomb.PIECE_ALARM`)."""
     return logical_not(taken[1] == taken[1])
 
 
 @no_refcount_kernel
-def fly(body, top, tolerance, motion, series, where):
-    """Move ``motion`` along one flight series: to the next contact, off the wall, or to its end.
+def fly_one_series(body, top, tolerance, motion, series, where):
+    """Advance ``motion`` along one flight series, up to a contact, departure or end of the series.
 
     ``top`` is the height at which a particle that rises has left, ``tolerance`` the truncation of
-    the series, ``series`` (9, ORDER + 1) work space; lanes outside of ``where`` stay. Returns
+    the series, ``series`` (9, ORDER + 1) work space. Lanes outside of ``where`` stay. Returns
     whether the particle touches the wall, and whether it has left.
     """
     y, v = load(motion, HEIGHT), load(motion, V)
-    # whether the flight ends is decided by this time and not by a height reached, which
-    # rounding may hold back for ever where v is small
+    # the flight ends by this time and not by a height, which rounding may keep out of reach
+    # without end where v is small
     leaving = select(v > 0.0, maximum((top - y) / v, 0.0), math.inf)
-    expand(body.moments, motion, series)
+    expand_motion(body.moments, motion, series)
     span = minimum(series_span(series, tolerance), leaving)
-    # below minus the bounding radius, or after this time, every body touches
+    # a particle that falls touches by the time at which its centre is one bounding radius below the
+    # wall
     span = select(v < 0.0, minimum(span, maximum((y + body.bounding_radius) / -v, 0.0)), span)
     span = select(where, span, 0.0)
-    t = search(body, series, y, v, rate_bounds(body.moments, motion), span)
+    t = first_contact(body, series, y, v, rate_bounds(body.moments, motion), span)
     touches = t >= 0.0
     t = select(touches, t, span)
-    evaluate(body.moments, series, t, motion)
-    # in this form a NaN ends the flight
+    advance_motion(body.moments, series, t, motion)
+    # a comparison with NaN is false, so a NaN ends the flight
     left = where & logical_not(touches) & logical_not(span < leaving)
     store(motion, HEIGHT, select(left & (leaving > 0.0), top, fma(v, t, y)))
     return touches, left
 
 
 @no_refcount_kernel
-def next_contact(body, top, tolerance, motion, series):
-    """Move ``motion`` to the next contact, or off the wall; tell whether the particle touches."""
+def fly_to_contact(body, top, tolerance, motion, series):
+    """Advance ``motion`` to the next contact or departure; tell whether the particle touches."""
     while True:
-        touches, left = fly(body, top, tolerance, motion, series, True)
+        touches, left = fly_one_series(body, top, tolerance, motion, series, True)
         if touches or left:
             return touches
 
 
 @no_refcount_kernel
-def _remember(motion, before):
-    """Copy the motion; a slice assignment would make a temporary array."""
+def _copy_motion(motion, before):
+    """Copy the motion by numbers, because a slice assignment would make a temporary array."""
     for i in range(MOTION_SIZE):
         before[i] = motion[i]
 
@@ -309,20 +326,20 @@ def _remember(motion, before):
 def rebound(law, condition, body, motion, work, audit):
     """Follow a particle from before its first contact until it has left the wall.
 
-    ``motion`` (13,) is that before the rebound, and on return as the particle leaves; ``work``
-    comes from `workspace`; ``audit`` (AUDIT_SIZE,) keeps the largest violations, and (0,) switches
-    the audit off. Returns the status, the number of collisions, and the energies that the normal
-    and the tangential impulses took.
+    ``motion`` (13,) is the motion before the rebound, and on return that of the departure. ``work``
+    comes from `workspace`. ``audit`` (AUDIT_SIZE,) gets the largest violations of the laws; with an
+    array of the shape (0,) nothing is audited. Returns the status, the number of collisions, and
+    the energies that the normal and the tangential impulses took.
     """
     series, point, before = work
     collisions = 0
     normal = shear = 0.0
-    # without spin a particle starts at its contact
+    # a particle without spin starts at its first contact
     touches, top = translates(condition), body.bounding_radius
     while True:
         if not touches:
-            _remember(motion, before)
-            touches = next_contact(body, top, condition.tolerance, motion, series)
+            _copy_motion(motion, before)
+            touches = fly_to_contact(body, top, condition.tolerance, motion, series)
             if audit.size > 0:
                 audit_flight(body.moments, before, motion, audit)
             if not touches:
@@ -331,9 +348,9 @@ def rebound(law, condition, body, motion, work, audit):
             return UNFINISHED, collisions, (normal, shear)
         gap = contact_point(body, motion, motion[HEIGHT], motion[V], point)
         motion[HEIGHT] -= min(gap, 0.0)
-        _remember(motion, before)
+        _copy_motion(motion, before)
         numbers = condition.speed, condition.resolution
-        taken = collide(law, *numbers, body.moments, point, motion, series)
+        taken = apply_collision(law, *numbers, body.moments, point, motion, series)
         normal, shear = normal + taken[0], shear + taken[1]
         if has_no_impulse(taken):
             return UNFINISHED, collisions, taken
@@ -346,12 +363,13 @@ def rebound(law, condition, body, motion, work, audit):
 
 
 @no_refcount_kernel
-def approach(condition, body, motion, where=True):
+def place_before_impact(condition, body, motion, where=True):
     """Set velocity, spin and height of oriented particles before their rebound.
 
-    Without spin a particle translates, so it starts at its contact; with spin it starts where no
-    phase of its tumbling touches (`tumbling_reach`), and falls, turning. Rows 3:9 of ``motion``
-    (13,) hold the orientation; the others are written, in the lanes ``where``.
+    A particle without spin translates, so it starts at its first contact. A particle with spin
+    starts where no phase of its tumbling touches the wall (`tumbling_reach`), and falls while it
+    turns. Rows 3 to 8 of ``motion`` (13,) contain the orientation; the others are written, in the
+    lanes ``where``.
     """
     x, n, z = _wall_axes(motion)
     s_x, s_y, s_z = condition.spin
@@ -375,5 +393,5 @@ def approach(condition, body, motion, where=True):
 
 @inline_kernel
 def workspace():
-    """Arrays that :func:`rebound` works in."""
+    """Make the arrays that :func:`rebound` works in."""
     return np.empty((9, ORDER + 1)), np.empty(3), np.empty(MOTION_SIZE)

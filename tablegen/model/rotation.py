@@ -1,15 +1,18 @@
-"""Free rotation of an asymmetric body, as a Taylor series in time.
+"""Free rotation of an asymmetric body between collisions, as a Taylor series in time.
 
-Euler's equations and the kinematics of the wall axes seen from the body,
+Seen from the body, the angular velocity W and the wall axes n and x obey Euler's equations
 
-    J1 W1' = (J2 - J3) W2 W3 (and cyclic),   n' = n x W,   x' = x x W,
+    J1 W1' = (J2 - J3) W2 W3 (and cyclic),   n' = n x W,   x' = x x W.
 
-are quadratic, so their Taylor coefficients follow from one convolution an order. The series is
-its own dense output: contact search evaluates a polynomial instead of integrating again.
+They are quadratic, so each order of their Taylor coefficients follows from one convolution of the
+orders before. The contact search evaluates the series at any time, and integrates nothing again.
 
-Contact search needs W and n only. The axis x is found at the end of a step from the angular
-momentum, whose horizontal part is constant in wall axes; where that part is too small to give a
-direction, x has its own series.
+The contact search needs W and n only. The axis x is computed at the end of a step from the angular
+momentum, whose part along the wall is constant in wall axes. Where that part is too small to give
+a direction, x is expanded in a series of its own.
+
+Units: angular velocities in V / a, times in a / V, moments of inertia in m a^2. The paper solves
+the same equations by small steps.
 """
 
 from tablegen.model.elementary import exponential, logarithm, sine_and_cosine
@@ -37,18 +40,19 @@ ORDER = 12
 #: it the wall axis x, all in body axes.
 NORMAL = 3
 
-#: Least share of the squared angular momentum that must be horizontal to give the axis x.
+#: Least share of the squared angular momentum along the wall with which it gives the axis x.
 HORIZONTAL_SHARE = 0.01
 
-#: A coefficient below it counts as none.
+#: A coefficient below this number counts as zero.
 TINY = 1e-280
 
 
 @no_refcount_inline_kernel
 def _cross_terms(series, row, j, k, more, less):
-    """Add term j of order k of (axis x W) to the positive and negative parts of its sums.
+    """Add term j of order k of (axis x W) to the positive and the negative part of its sum.
 
-    Two sums: additions and subtractions in one would form a longer chain of dependencies.
+    The parts are apart because additions and subtractions in one sum would have to wait for each
+    other.
     """
     w1, w2, w3 = load_three(series, 0, k - j)
     a, b, c = load_three(series, row, j)
@@ -58,7 +62,7 @@ def _cross_terms(series, row, j, k, more, less):
 
 
 @no_refcount_kernel
-def expand(moments, motion, series):
+def expand_motion(moments, motion, series):
     """Write the Taylor coefficients of W and n around the present instant.
 
     ``motion`` (>= 9,) has the angular velocity, the wall normal and the wall x axis in body axes;
@@ -88,7 +92,7 @@ def expand(moments, motion, series):
 
 @no_refcount_kernel
 def expand_axis(motion, series):
-    """Write the Taylor coefficients of x, rows 6 to 8, once those of W are known."""
+    """Write the Taylor coefficients of the axis x to rows 6 to 8; those of W must be there."""
     for i in range(6, 9):
         store(series, (i, 0), load(motion, i))
     for k in range(ORDER):
@@ -102,13 +106,13 @@ def expand_axis(motion, series):
 
 @inline_kernel
 def _largest(a):
-    """Largest component of a vector."""
+    """Find the largest size of the three numbers of a vector."""
     return maximum(maximum(abs(a[0]), abs(a[1])), abs(a[2]))
 
 
 @no_refcount_inline_kernel
 def last_terms(series, first):
-    """Largest coefficients of the last order and of the one before, of three rows."""
+    """Find the largest coefficients, of the last order and of the order before, of three rows."""
     return _largest(load_three(series, first, ORDER)), _largest(
         load_three(series, first, ORDER - 1)
     )
@@ -116,19 +120,19 @@ def last_terms(series, first):
 
 @no_refcount_kernel
 def series_span(series, tolerance):
-    """Time over which the truncated series stays within the tolerance; infinite at rest.
+    """Compute the time over which the truncated series stays within a tolerance; infinite at rest.
 
-    The last two coefficients measure the remainder, the rates relative to the largest angular
-    velocity; the span makes the last term at most ``tolerance``.
+    The last two coefficients measure what is cut off. The time makes the last term at most
+    ``tolerance``; angular velocities are relative to the largest one.
     """
     rate = _largest(load_three(series, 0, 0))
-    # A term may vanish by symmetry where its neighbour does not; in units of 1 / rate the two
-    # are alike.
+    # One term may vanish by symmetry where its neighbour does not. If time is measured in units of
+    # 1 / rate, both are of similar size.
     last, before = last_terms(series, 0)
     size = maximum(last / rate, before)
     last, before = last_terms(series, NORMAL)
     size = maximum(size, maximum(last, before * rate))
-    # Two radians keep the bound honest where both terms happen to be small.
+    # At most two radians, so that the bound holds where both terms happen to be small.
     longest = 2.0 / rate
     measured = (size > TINY) & (rate > 0.0)
     share = tolerance / select(measured, size, 1.0)
@@ -138,7 +142,7 @@ def series_span(series, tolerance):
 
 @no_refcount_inline_kernel
 def _polynomials(series, first, t):
-    """Values at t of three rows of the series."""
+    """Evaluate three rows of the series at t."""
     a, b, c = load_three(series, first, ORDER)
     for k in range(ORDER - 1, -1, -1):
         p, q, r = load_three(series, first, k)
@@ -148,7 +152,7 @@ def _polynomials(series, first, t):
 
 @no_refcount_inline_kernel
 def _horizontal_momentum(moments, motion):
-    """Angular momentum along the wall axes x and z, and its square."""
+    """Compute the angular momentum along the wall axes x and z, and the square of all of it."""
     w, n, x = load_three(motion, 0), load_three(motion, 3), load_three(motion, 6)
     a1, a2, a3 = moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]
     a = a1, a2, a3
@@ -157,9 +161,9 @@ def _horizontal_momentum(moments, motion):
 
 @no_refcount_inline_kernel
 def _axis_from_momentum(moments, l_x, l_z, w, n):
-    """Axis x, not yet of unit length, for the horizontal angular momentum (l_x, l_z).
+    """Compute the axis x, not yet of unit length, from the angular momentum along the wall.
 
-    With p the part of J W normal to n, p = l_x x + l_z z and n x p = l_z x - l_x z.
+    Let p be the part of J W perpendicular to n. Then p = l_x x + l_z z and n x p = l_z x - l_x z.
     """
     p1, p2, p3 = moments[0] * w[0], moments[1] * w[1], moments[2] * w[2]
     l_y = p1 * n[0] + p2 * n[1] + p3 * n[2]
@@ -169,14 +173,14 @@ def _axis_from_momentum(moments, l_x, l_z, w, n):
 
 @inline_kernel
 def _unit(a):
-    """Vector of unit length along a vector."""
+    """Scale a vector to unit length."""
     scale = 1.0 / sqrt(dot(a, a))
     return a[0] * scale, a[1] * scale, a[2] * scale
 
 
 @no_refcount_kernel
-def evaluate(moments, series, t, motion):
-    """Move the motion by the time ``t`` along its series; its axes come out orthonormal."""
+def advance_motion(moments, series, t, motion):
+    """Advance the motion by the time ``t`` along its series, and make its axes orthonormal."""
     l_x, l_z, square = _horizontal_momentum(moments, motion)
     has_direction = l_x * l_x + l_z * l_z > HORIZONTAL_SHARE * square
     w, n = _polynomials(series, 0, t), _unit(_polynomials(series, NORMAL, t))
@@ -192,18 +196,19 @@ def evaluate(moments, series, t, motion):
 
 @no_refcount_kernel
 def rate_bounds(moments, motion):
-    """Bounds on |W| and |W'| that hold for the whole free motion.
+    """Bound |W| and |W'| for the whole free motion.
 
-    On the polhode 2E and L^2 are constant; each component is largest where one of the other two
-    vanishes. With j1 <= j2 <= j3 this gives the bounds below, each also limited by the energy.
+    In free motion 2E and L^2 are constant, so each of W1, W2 and W3 is largest where one of the
+    other two vanishes. With j1 <= j2 <= j3 this gives the bounds below; the energy gives others,
+    and the smaller bound counts.
     """
     j1, j2, j3 = moments
     w1, w2, w3 = load_three(motion, 0)
     q1, q2, q3 = w1 * w1, w2 * w2, w3 * w3
     energy = j1 * q1 + j2 * q2 + j3 * q3
     span, above, below = j3 - j1, j3 - j2, j2 - j1
-    # where two moments are equal a quotient is infinite or NaN; `minimum` then keeps the
-    # bound by the energy, its first argument
+    # if two moments are equal, a quotient is infinite or NaN, and `minimum` returns its first
+    # argument, the bound by the energy
     m1 = minimum(energy / j1, q1 + q2 * (j2 * above) / (j1 * span))
     m3 = minimum(energy / j3, q3 + q2 * (j2 * below) / (j3 * span))
     m2 = minimum(energy / j2, q2 + q1 * (j1 * span) / (j2 * above))
@@ -216,9 +221,10 @@ def rate_bounds(moments, motion):
 
 @no_refcount_kernel
 def set_orientation(u1, u2, u3, motion):
-    """Write wall axes for a uniformly random rotation (Shoemake's quaternion).
+    """Write the wall axes of a uniformly random orientation to rows 3 to 8 of ``motion``.
 
-    ``u1, u2, u3`` are independent and uniform on (0, 1); rows 3 to 8 of ``motion`` are written.
+    ``u1, u2, u3`` are independent and uniform on (0, 1). Source: K. Shoemake, "Uniform random
+    rotations", Graphics Gems III (1992) 124-132.
     """
     r1, r2 = sqrt(1.0 - u1), sqrt(u1)
     s1, c1 = sine_and_cosine(u2)

@@ -1,27 +1,32 @@
-"""Rough walls: facets whose normals are tilted at random in the plane of incidence, or in all.
+"""Rough walls: facets with randomly tilted normals, in the plane of incidence or in all planes.
 
-A particle that arrives at an angle alpha from the mean wall meets facets whose tilt gamma is
-normal with mean zero and a standard deviation, the roughness; a positive tilt faces the particle.
-It sees a facet by its projected area, so the tilts that it meets have the density
+The facets of a wall have tilts gamma from a normal law with mean zero and a standard deviation, the
+roughness. A facet with a positive tilt faces the particle. A particle that arrives at an angle
+alpha from the mean wall sees each facet by its projected area, so the tilts that it meets have the
+density
 
     p(gamma) ~ exp(-gamma^2 / (2 roughness^2)) sin(alpha + gamma) / sin(alpha)
 
 where 0 < alpha + gamma < pi and |gamma| < pi/2. Source: Sommerfeld & Huber, "Experimental analysis
 and modelling of particle-wall collisions", Int. J. Multiphase Flow 25 (1999) 1457-1489.
 
-A tilt is drawn exactly, by rejection. The tangent of the sine at alpha lies above it, so
+A tilt is drawn exactly, by rejection. The sine lies below its tangent at alpha, so
 
     sin(alpha + gamma) <= sin(alpha) + gamma cos(alpha) = roughness cos(alpha) (c + z),
     z = gamma / roughness, c = tan(alpha) / roughness,
 
-and z with a density ~ phi(z) (c + z), z > -c, is accepted with the ratio of the two sides, more
-than 0.88 on average. This density is the sum of c phi(z), with weight c Phi(c), and of z phi(z),
-with weight phi(c), once the first has given part of its share at -z to z. A trial takes one of the
-blocks 3, 4, ... of random words. The C library draws the same facets from the same keys.
+and a z with the density ~ phi(z) (c + z), z > -c, is accepted with the ratio of the two sides,
+which is more than 0.88 on average. That density is the sum of c phi(z), with the weight c Phi(c),
+and of z phi(z) for z > c, with the weight phi(c), after the first has moved a part of its share
+from -z to z. Each trial takes one of the blocks 3, 4, ... of random words. The C library draws the
+same facets from the same keys.
 
-Facets of isotropic roughness are tilted by h across the plane of incidence as well: their normals
-are along e_y - tan(gamma) e_x + tan(h) e_z, and p(h) ~ exp(-h^2 / (2 roughness^2)) cos(h) for any
-gamma (docs/method.md). A normal h is accepted with the cosine, by the blocks after those of gamma.
+If the roughness is isotropic, facets are also tilted by h across the plane of incidence. Their
+normals are along e_y - tan(gamma) e_x + tan(h) e_z, and p(h) ~ exp(-h^2 / (2 roughness^2)) cos(h)
+for any gamma (docs/method.md). A normal h is accepted with the probability cos(h), by the blocks
+after those of gamma.
+
+Units: angles in rad.
 """
 
 import math
@@ -42,19 +47,19 @@ from tablegen.model.frames import (
 from tablegen.model.jit import kernel, no_refcount_kernel
 from tablegen.model.random_numbers import normal_cdf, normal_quantile, philox_block, uniform
 
-#: Largest roughness, rad. Beyond it a normal law of tilts describes no surface.
+#: Largest roughness [rad]. With a larger one a normal law of tilts describes no surface.
 MAX_ROUGHNESS = 0.5
 
-#: Number of bounces of a hit after which an error is returned.
+#: Bounces of one hit after which the particle is reported as an error.
 MAX_BOUNCES = 64
 
 _MAX_TRIALS = 64
 _FIRST_BLOCK = 3
 
-#: Smallest angle [rad] between path and facet. One in 10^14 is smaller.
+#: Smallest angle [rad] between path and facet. One in 10^14 angles is smaller.
 _SHADOW = 1e-9
 
-#: Upper bound of c, where it has no effect any more, and its reciprocal would.
+#: Upper bound of c. A larger c changes no draw, and would overflow.
 _STEEP = 1e9
 
 _BOUNCE_KEY = np.uint64(0x9E37_79B9_7F4A_7C15)
@@ -63,7 +68,7 @@ _ROOT_HALF_PI = 1.0 / math.sqrt(2.0 * math.pi)
 
 @no_refcount_kernel
 def seed_of_bounce(seed, bounce):
-    """Seed of the random numbers of bounce 0, 1, ... of a hit, uint64; the first has the seed."""
+    """Compute the seed of bounce 0, 1, ... of a hit, uint64; bounce 0 has the seed of the hit."""
     return np.uint64(seed) ^ (np.uint64(bounce) * _BOUNCE_KEY)
 
 
@@ -71,22 +76,22 @@ def seed_of_bounce(seed, bounce):
 def proposed_score(c, u_part, u_size, u_side):
     """Draw z with a density ~ phi(z) (c + z), z > -c, for c >= 0, from three uniform numbers.
 
-    They choose the part of the density, the size of z, and its sign.
+    The three numbers choose the part of the density, the size of z, and its sign.
     """
     plain = c * normal_cdf(c)
     rayleigh = _ROOT_HALF_PI * math.exp(-0.5 * c * c)
     if u_part * (plain + rayleigh) >= plain:
-        # z phi(z) for z > c
+        # the part z phi(z), for z > c
         return math.sqrt(c * c - 2.0 * math.log(u_size))
     below = normal_cdf(-c)
     z = normal_quantile(below + u_size * (1.0 - below))
-    # phi(z) becomes phi(z) (1 + z / c) for |z| < c: each -z gives as much as z lacks
+    # for |z| < c, phi(z) becomes phi(z) (1 + z / c), because -z gives a share of itself to z
     return -z if z < c and 2.0 * u_side * c < c - z else z
 
 
 @kernel
 def draw_tilt(alpha1, roughness, keys):
-    """Draw the tilt of the facet that a particle meets; 0 if path and wall are too flat for one.
+    """Draw the tilt of the facet that a particle meets; 0 if the path is too flat to meet one.
 
     ``alpha1``, in [0, pi/2], is the angle between path and mean wall, ``roughness``, positive, the
     standard deviation of the tilt of all facets; angles in rad. The keys are seed, index and hit.
@@ -118,11 +123,11 @@ def draw_across(roughness, keys):
 def facet_normals(moving, normal, roughness, across, keys, facets):
     """Draw the facets that particles meet.
 
-    ``moving`` (n, 3): velocities relative to the mean wall, towards it or along it [m/s];
-    ``normal`` (n, 3): of the mean wall, into the gas, of any length but zero; ``roughness`` (n,)
-    in rad, 0 for a smooth wall; ``across`` (n,): of the tilt across the plane of incidence;
-    ``keys``: seed, and index and hit. Each has n rows, or one for all. Normals of any length but
-    zero are written to ``facets`` (n, 3).
+    ``moving`` (n, 3) are velocities relative to the mean wall, towards it or along it [m/s];
+    ``normal`` (n, 3) are normals of the mean wall into the gas, of any length but zero;
+    ``roughness`` (n,) is in rad, 0 for a smooth wall; ``across`` (n,) is the same for the tilt
+    across the plane of incidence; ``keys`` are seed, index and hit. Each has n rows, or one for
+    all. The normals of the facets, of any length but zero, are written to ``facets`` (n, 3).
     """
     for k in range(facets.shape[0]):
         velocity, facet = vector(moving, k), unit(vector(normal, k))
@@ -131,7 +136,7 @@ def facet_normals(moving, normal, roughness, across, keys, facets):
             one = keys_of_row(keys, k)
             alpha1 = max(impact_angle(velocity, facet), 0.0)
             tilt = draw_tilt(alpha1, along, one)
-            # at normal impact, in a plane at the azimuth of the keys
+            # at normal impact the plane of incidence is that of an azimuth drawn by the keys
             e_x = tangent(velocity, facet, one)
             tilted = combine(math.cos(tilt), facet, -math.sin(tilt), e_x)
             if side > 0.0:
@@ -144,6 +149,6 @@ def facet_normals(moving, normal, roughness, across, keys, facets):
 
 @no_refcount_kernel
 def mark_leaving(moving, normal, leaving):
-    """Mark the particles that leave the mean wall: ``leaving`` (n,) bool is written."""
+    """Tell which particles leave the mean wall, in ``leaving`` (n,) bool, which is written."""
     for k in range(leaving.size):
         leaving[k] = dot(vector(moving, k), unit(vector(normal, k))) > 0.0

@@ -1,18 +1,22 @@
-"""Particle shapes: vertices, moments of inertia, support.
+"""Particle shapes: vertices, moments of inertia, and the lowest point of a body.
 
 Half-sizes are a >= b >= c along the principal axes, and a = 1 is the unit of length. A shape is
-either an ellipsoid (the sphere included) or a convex polyhedron given by its vertices. A mesh
-(`tablegen.config.mesh`) is a polyhedron too, with moments of its own and a support map: for each
-direction, the few vertices that can lie farthest along it.
+either an ellipsoid (spheres included) or a convex polyhedron given by its vertices. With the second
+moments q = <x^2> / a^2 = <y^2> / b^2 = <z^2> / c^2, which are 1/5 for ellipsoids and tetrahedra and
+1/3 for prisms, the principal moments of inertia per unit mass are
 
-Directions are put into the cells of a cube map: a cube around the origin, each side divided into
-squares. A cell lists every vertex that supports the body in some direction up to ``slack`` away
-from the cell. So the list of a direction stays complete while the body turns by ``slack``, and a
-contact search over a grain of a thousand vertices looks at some ten of them. The lists are made by
-`tablegen.config.support_map_builder`.
+    j1 = q (b^2 + c^2),   j2 = q (1 + c^2),   j3 = q (1 + b^2).
 
-A body of lanes stands for several particles of one shape, whose numbers and vertices are lanes
-(see `tablegen.model.simd`).
+A mesh (`tablegen.config.mesh`) is a polyhedron too, with its own moments and a support map, which
+lists for each direction the few vertices that can lie farthest along it. Directions are sorted into
+the cells of a cube map: a cube around the origin, whose sides are divided into squares. A cell
+lists every vertex that supports the body in some direction up to ``slack`` away from the cell. So
+the list of a direction stays complete while the body turns by ``slack``, and a contact search over
+a grain of a thousand vertices looks at about ten of them. `tablegen.config.support_map_builder`
+makes the lists.
+
+Units: lengths in a, mass one. Source of the shapes: Panfilov & Tsirkunov 2022; the paper does not
+say where the corners of a truncated prism ("flat-topped") are cut.
 """
 
 import math
@@ -53,7 +57,7 @@ class SupportMap(NamedTuple):
     points: np.ndarray
 
 
-#: Map of a body that needs none. Its slack limits no step.
+#: Map of a body that needs none. Its slack is infinite, so it limits no step.
 NO_MAP = SupportMap(0, math.inf, np.zeros(1, dtype=np.int64), np.empty((0, 3)))
 
 
@@ -69,17 +73,17 @@ def longest_list(support_map: SupportMap) -> int:
 
 
 @no_refcount_inline_kernel
-def _square(along, resolution):
-    """Index of the interval of [-1, 1] that holds ``along``."""
+def _interval_of(along, resolution):
+    """Find which of ``resolution`` equal intervals of [-1, 1] contains ``along``."""
     return min(int((along + 1.0) * 0.5 * resolution), resolution - 1)
 
 
 @no_refcount_inline_kernel
 def direction_cell(resolution, d1, d2, d3):
-    """Cell of a direction (d1, d2, d3), finite and not zero, in a map of some resolution.
+    """Find the cell of a direction (d1, d2, d3), finite and not zero, in a map.
 
     Cells are numbered by side (+x, -x, +y, -y, +z, -z), then along the next axis in cyclic order,
-    then along the one after it.
+    then along the axis after that.
     """
     a1, a2, a3 = abs(d1), abs(d2), abs(d3)
     if a1 >= a2 and a1 >= a3:
@@ -91,16 +95,16 @@ def direction_cell(resolution, d1, d2, d3):
     if main < 0.0:
         side += 1
     scale = 1.0 / abs(main)
-    row = _square(s * scale, resolution)
-    return (side * resolution + row) * resolution + _square(t * scale, resolution)
+    row = _interval_of(s * scale, resolution)
+    return (side * resolution + row) * resolution + _interval_of(t * scale, resolution)
 
 
 @no_refcount_inline_kernel
 def support_range(support_map, d1, d2, d3):
-    """First and end row in ``support_map.points`` of the vertices to look at for a direction.
+    """Find the rows of ``support_map.points`` to look at for a direction: the first, and the end.
 
-    They hold the supporting vertex of every direction up to ``support_map.slack`` away. The
-    direction is in body axes: minus the wall normal for the lowest vertices.
+    They contain the supporting vertex of every direction up to ``support_map.slack`` away. The
+    direction is in body axes. For the lowest vertices it is minus the wall normal.
     """
     cell = direction_cell(support_map.resolution, d1, d2, d3)
     return support_map.starts[cell], support_map.starts[cell + 1]
@@ -113,10 +117,11 @@ class Body(NamedTuple):
     ``half`` the half-sizes of a box around the centre that holds the body, (1, b, c) of shapes,
     ``bounding_radius`` the largest distance of the surface from the centre.
 
-    ``candidates`` (m, 3) are the vertices that may be the lowest, the first ``counts[0]`` rows, and
-    then centres; none (m = 0) for an ellipsoid of semi-axes (1, b, c). Of most shapes they are all
-    vertices; of a mesh those that its ``support_map`` lists (resolution 0 for all other shapes),
-    and `update_candidates` renews them as it turns.
+    ``candidates`` (m, 3) are the vertices that may be the lowest, in the first ``counts[0]`` rows.
+    The rows after them are zero, the centre of the body, which is never the lowest point. An
+    ellipsoid with the half-axes (1, b, c) has no candidates (m = 0). The candidates of a mesh are
+    those that its ``support_map`` lists, and `update_candidates` renews them as the mesh turns.
+    Those of other shapes are all vertices, and the resolution of their ``support_map`` is 0.
     """
 
     moments: tuple[float, float, float]
@@ -128,14 +133,15 @@ class Body(NamedTuple):
 
 
 class MeshArguments(NamedTuple):
-    """The k meshes of a population one after another, for kernels.
+    """The k meshes of a population, one after another, as kernels take them.
 
-    ``moments`` (k, 3) per unit mass in units of a^2, ``sizes`` (k, 3): half-sizes b and c, and
-    the bounding radius, ``reach`` (k, 3): largest distances from the centre along the axes; the
-    `SupportMap` of mesh i has ``resolutions[i]``, ``slack``, the entries ``firsts[i, 0] :
+    ``moments`` (k, 3): principal moments of inertia per unit mass in units of a^2; ``sizes`` (k,
+    3): half-sizes b and c and bounding radius; ``reach`` (k, 3): largest distances from the centre
+    along the axes. All lengths are in units of a.
+
+    The `SupportMap` of mesh i has ``resolutions[i]``, ``slack``, the entries ``firsts[i, 0] :
     firsts[i + 1, 0]`` of ``starts`` and the rows ``firsts[i, 1] : firsts[i + 1, 1]`` of ``points``
-    (., 3); its longest list has at most ``longest`` vertices. ``firsts`` is (k + 1, 2) int64; all
-    lengths are in units of a.
+    (., 3). ``firsts`` is (k + 1, 2) int64. No list has more than ``longest`` vertices.
     """
 
     moments: np.ndarray
@@ -151,7 +157,7 @@ class MeshArguments(NamedTuple):
 
 @inline_kernel
 def _truncated_moment(truncation):
-    """<x^2> / a^2 of a prism whose corners are cut at a fraction f of each half-edge."""
+    """Compute <x^2> / a^2 of a prism whose corners are cut at a fraction f of each half-edge."""
     f = truncation
     m2 = (3.0 + (1.0 - f) ** 2 + (4.0 - f) ** 2) / 20.0
     return (1.0 / 3.0 - f**3 * m2 / 6.0) / (1.0 - f**3 / 6.0)
@@ -159,13 +165,13 @@ def _truncated_moment(truncation):
 
 @inline_kernel
 def has_vertices(shape):
-    """Whether a shape is a polyhedron, and no ellipsoid."""
+    """Tell whether a shape is a polyhedron, and not an ellipsoid."""
     return shape not in (ELLIPSOID, SPHERE)
 
 
 @kernel
 def inertia(shape, b, c, truncation):
-    """Principal moments of inertia per unit mass for half-sizes (1, b, c)."""
+    """Compute the principal moments of inertia per unit mass for half-sizes (1, b, c)."""
     if shape == PRISM:
         q = 1.0 / 3.0
     elif shape == TRUNCATED_PRISM:
@@ -176,7 +182,7 @@ def inertia(shape, b, c, truncation):
 
 
 @no_refcount_inline_kernel
-def _put_vertex(vertices, i, x, y, z):
+def _store_vertex(vertices, i, x, y, z):
     store(vertices, (i, 0), x)
     store(vertices, (i, 1), y)
     store(vertices, (i, 2), z)
@@ -198,13 +204,13 @@ def place_vertices(shape, b, c, truncation, vertices):
         y = b * (1.0 - (corner & 2))
         z = c * (1.0 - 0.5 * (corner & 4))
         if shape == TRUNCATED_PRISM:
-            _put_vertex(vertices, n, x * cut, y, z)
-            _put_vertex(vertices, n + 1, x, y * cut, z)
-            _put_vertex(vertices, n + 2, x, y, z * cut)
+            _store_vertex(vertices, n, x * cut, y, z)
+            _store_vertex(vertices, n + 1, x, y * cut, z)
+            _store_vertex(vertices, n + 2, x, y, z * cut)
             n += 3
         # a tetrahedron has every second corner of the box; this choice fixes its handedness
         elif shape == PRISM or corner in (0, 3, 5, 6):
-            _put_vertex(vertices, n, x, y, z)
+            _store_vertex(vertices, n, x, y, z)
             n += 1
     longest = 0.0
     for i in range(n):
@@ -215,10 +221,10 @@ def place_vertices(shape, b, c, truncation, vertices):
 
 @no_refcount_inline_kernel
 def shaped_body(shape, b, c, truncation, vertices, counts, no_map):
-    """Body of a shape other than a mesh, with half-sizes (1, b, c).
+    """Make the body of a shape other than a mesh, with half-sizes (1, b, c).
 
-    Only for kernels that count no references: the caller keeps ``vertices`` (MAX_VERTICES, 3),
-    ``counts`` (1,) int64 and an empty map.
+    Only kernels that count no references may call it. The caller keeps the arrays alive:
+    ``vertices`` (MAX_VERTICES, 3), ``counts`` (1,) int64 and an empty map.
     """
     counts[0], bounding_radius = place_vertices(shape, b, c, truncation, vertices)
     moments = inertia(shape, b, c, truncation)
@@ -227,9 +233,9 @@ def shaped_body(shape, b, c, truncation, vertices, counts, no_map):
 
 @no_refcount_inline_kernel
 def mesh_map(meshes, i):
-    """Support map of mesh number ``i`` of a population (`MeshArguments`).
+    """Make the support map of mesh number ``i`` of a population (`MeshArguments`).
 
-    Only for kernels that count no references: the caller keeps the arrays.
+    Only kernels that count no references may call it. The caller keeps the arrays alive.
     """
     first, end = meshes.firsts[i], meshes.firsts[i + 1]
     return SupportMap(
@@ -242,10 +248,10 @@ def mesh_map(meshes, i):
 
 @no_refcount_inline_kernel
 def mesh_body(meshes, i, candidates, counts, support_map):
-    """Body of mesh number ``i`` of a population, without candidate vertices yet.
+    """Make the body of mesh number ``i`` of a population, still without candidate vertices.
 
-    Only for kernels that count no references: the caller keeps ``candidates`` (meshes.longest, 3),
-    ``counts`` (1,) int64 and ``support_map``, from `mesh_map`.
+    Only kernels that count no references may call it. The caller keeps the arrays alive:
+    ``candidates`` (meshes.longest, 3), ``counts`` (1,) int64 and ``support_map`` from `mesh_map`.
     """
     moments = (meshes.moments[i, 0], meshes.moments[i, 1], meshes.moments[i, 2])
     half = meshes.reach[i, 0], meshes.reach[i, 1], meshes.reach[i, 2]
@@ -257,7 +263,7 @@ def mesh_body(meshes, i, candidates, counts, support_map):
 
 @no_refcount_inline_kernel
 def most_candidates(counts):
-    """Count the candidate vertices of the lane that has the most."""
+    """Count the candidate vertices of the lane that has most of them."""
     most = counts[0]
     for i in range(1, counts.shape[0]):
         most = max(most, counts[i])
@@ -266,11 +272,11 @@ def most_candidates(counts):
 
 @no_refcount_kernel
 def update_candidates(body, n1, n2, n3, where):
-    """Write the vertices of a mesh that may be the lowest, and centres in the rows after them.
+    """Write the vertices of a mesh that may be the lowest, and zeros in the rows after them.
 
     They stay complete while the wall normal (n1, n2, n3), in body axes, turns by
-    ``body.support_map.slack``. Candidates of other shapes are all their vertices, always. ``where``
-    are the lanes to update.
+    ``body.support_map.slack``. For other shapes nothing is done, because their candidates are all
+    vertices. ``where`` are the lanes to update.
     """
     if body.support_map.resolution == 0:
         return
@@ -291,9 +297,10 @@ def update_candidates(body, n1, n2, n3, where):
 
 @no_refcount_kernel
 def support_depth(body, n1, n2, n3):
-    """Support function h(-n): how far the particle reaches below its centre.
+    """Compute how far a particle reaches below its centre, the support function h(-n).
 
-    The wall normal (n1, n2, n3) is in body axes.
+    The wall normal (n1, n2, n3) is in body axes. The depth is sqrt((a n1)^2 + (b n2)^2 + (c n3)^2)
+    for an ellipsoid, and the largest -p . n over all vertices p for a polyhedron.
     """
     if body.candidates.shape[0] == 0:
         m2, m3 = body.half[1] * n2, body.half[2] * n3

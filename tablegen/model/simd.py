@@ -1,18 +1,21 @@
-"""Several particles in one vector register, and the operations that one particle shares with them.
+"""Several particles in one vector register, and the operations on one particle or several.
 
-`Lanes` is a numba value of WIDTH floats, `Mask` one of WIDTH truth values. They add, multiply and
-compare as floats do, so the kernels of the model are written once: for plain floats they follow
-one particle, for lanes WIDTH of them in lockstep. Where a float would branch, they use the
-functions below, which take floats and lanes alike.
+Nobody needs this file to change the physics; the head of `tablegen.model` says how a kernel is
+written.
 
-Every operation is the IEEE one, lane by lane, and a product and a sum are fused only by `fma`. So a
-particle has the same bits alone, in any lane and on any processor. Last digits may differ between
-processors only where numbers come from the C library, the arc sine of the polynomial and tabulated
-laws and the power of the power law (`tablegen.model.contact_laws`), or from linear algebra, the
-principal axes of a mesh.
+`Lanes` is a numba type of WIDTH floats, `Mask` one of WIDTH truth values. Lanes add, multiply and
+compare as floats do, so each kernel of the model is written once: with floats it follows one
+particle, with lanes WIDTH of them in lockstep. In place of a branch it uses the functions below,
+which accept floats and lanes.
 
-Arrays hold lanes in their last dimension, of length WIDTH: (13,) is the motion of one particle,
-(13, WIDTH) that of WIDTH. `load` and `store` read and write an entry of either.
+Each operation is that of IEEE 754 in every lane, and a product and a sum are fused only by `fma`.
+So a particle has the same bits alone, in any lane and on any processor. The last digits may differ
+between processors only where numbers come from the C library (the arc sine of the polynomial and
+tabulated laws and the power of the power law, in `tablegen.model.contact_laws`) or from linear
+algebra (the principal axes of a mesh).
+
+The lanes are the last dimension of an array: the motion of one particle has the shape (13,), and
+that of WIDTH particles (13, WIDTH). `load` and `store` read and write an entry of either.
 """
 
 import operator
@@ -35,7 +38,7 @@ _INDEX = ir.IntType(32)
 
 
 class _VectorType(types.Type):
-    """Numba type of WIDTH values; one value converts to equal lanes."""
+    """Numba type of WIDTH values; a single value converts to equal lanes."""
 
     scalars: tuple[type, ...]
 
@@ -79,7 +82,7 @@ class _MaskModel(models.PrimitiveModel):
 
 
 def _splat(builder, value):
-    """Vector with ``value`` in every lane."""
+    """Make a vector with ``value`` in every lane."""
     vector = ir.Constant(ir.VectorType(value.type, WIDTH), ir.Undefined)
     first = builder.insert_element(vector, value, _INDEX(0))
     return builder.shuffle_vector(first, vector, ir.VectorType(_INDEX, WIDTH)([0] * WIDTH))
@@ -97,10 +100,10 @@ def _mask_of_truth(context, builder, fromty, toty, value):
 
 
 def _operator(symbols, result, operand, count, emit):
-    """Give numba operators an implementation for lanes or masks."""
+    """Implement operators of numba for lanes or masks."""
     arguments = (operand,) * count
 
-    # numba asks for functions with as many arguments as the operator has
+    # numba needs a function with as many arguments as the operator has
     def type_of_one(a):
         return result(*arguments) if a == operand else None
 
@@ -117,7 +120,7 @@ def _operator(symbols, result, operand, count, emit):
 
 
 def _ordered(predicate):
-    """Comparison that is false where an operand is not a number."""
+    """Make a comparison that is false where an operand is NaN."""
     return lambda builder, a, b: builder.fcmp_ordered(predicate, a, b)
 
 
@@ -146,12 +149,12 @@ _operator((operator.or_, operator.ior), mask, mask, 2, ir.IRBuilder.or_)
 
 
 def number_type(*arguments):
-    """Lanes if an argument has them, else float64."""
+    """Return the type of lanes if an argument has it, else float64."""
     return lanes if any(isinstance(a, Lanes) for a in arguments) else types.float64
 
 
 def elementwise(emit, *arguments):
-    """Signature and code of a function of numbers that are lanes if one of them is."""
+    """Make signature and code of a function of numbers, which are lanes if one of them is."""
     kind = number_type(*arguments)
 
     def generate(context, builder, sig, args):
@@ -166,19 +169,19 @@ def elementwise(emit, *arguments):
 
 @operation
 def fma(typingctx, a, b, c):
-    """Give a b + c with one rounding."""
+    """Compute a b + c with one rounding."""
     return elementwise(lambda builder, *args: _call(builder, "fma", *args), a, b, c)
 
 
 @operation
 def sqrt(typingctx, x):
-    """Square root."""
+    """Compute the square root."""
     return elementwise(lambda builder, value: _call(builder, "sqrt", value), x)
 
 
 @operation
 def minimum(typingctx, a, b):
-    """Second number where it is smaller, else the first."""
+    """Return the second number where it is smaller, else the first, also if the second is NaN."""
     return elementwise(
         lambda builder, x, y: builder.select(builder.fcmp_ordered("<", y, x), y, x), a, b
     )
@@ -186,7 +189,7 @@ def minimum(typingctx, a, b):
 
 @operation
 def maximum(typingctx, a, b):
-    """Second number where it is larger, else the first."""
+    """Return the second number where it is larger, else the first, also if the second is NaN."""
     return elementwise(
         lambda builder, x, y: builder.select(builder.fcmp_ordered(">", y, x), y, x), a, b
     )
@@ -194,7 +197,7 @@ def maximum(typingctx, a, b):
 
 @operation
 def select(typingctx, where, a, b):
-    """Take a where the mask holds, else b."""
+    """Return a where the mask is true, else b."""
     kind = lanes if isinstance(where, Mask) else number_type(a, b)
 
     def generate(context, builder, sig, args):
@@ -207,7 +210,7 @@ def select(typingctx, where, a, b):
 
 @operation
 def logical_not(typingctx, where):
-    """Mask that holds where the given one does not."""
+    """Return a mask that is true where the given one is false."""
 
     def generate(context, builder, sig, args):
         return builder.not_(args[0])
@@ -217,7 +220,7 @@ def logical_not(typingctx, where):
 
 @operation
 def any_lane(typingctx, where):
-    """Whether the mask holds anywhere."""
+    """Tell whether the mask is true in any lane."""
 
     def generate(context, builder, sig, args):
         if isinstance(where, types.Boolean):
@@ -230,7 +233,7 @@ def any_lane(typingctx, where):
 
 @operation
 def extract(typingctx, value, index):
-    """Take the number or truth value of one lane; a float or truth value has lane 0 only."""
+    """Return the number or truth value of one lane; a single value has lane 0 only."""
     kind = {Lanes: types.float64, Mask: types.boolean}.get(type(value), value)
 
     def generate(context, builder, sig, args):
@@ -246,7 +249,7 @@ def extract(typingctx, value, index):
 
 @operation
 def mask_from_bits(typingctx, bits):
-    """Mask whose lane l is bit l of an integer."""
+    """Make a mask whose lane l is bit l of an integer."""
 
     def generate(context, builder, sig, args):
         narrow = builder.trunc(args[0], ir.IntType(WIDTH))
@@ -257,7 +260,7 @@ def mask_from_bits(typingctx, bits):
 
 @operation
 def insert(typingctx, value, index, number):
-    """Lanes with another number in one lane; a float becomes the number."""
+    """Replace the number of one lane; a single float becomes that number."""
     kind = types.float64
 
     def generate(context, builder, sig, args):
@@ -270,7 +273,7 @@ def insert(typingctx, value, index, number):
 
 @operation
 def width(typingctx, value):
-    """Count the lanes of a value: WIDTH, or one for a float or truth value."""
+    """Return the number of lanes of a value: WIDTH, or 1 for a single value."""
     count = WIDTH if isinstance(value, Lanes | Mask) else 1
 
     def generate(context, builder, sig, args):
@@ -280,12 +283,12 @@ def width(typingctx, value):
 
 
 def _items(builder, values):
-    """Items of a tuple of numbers of one type, or of a shape."""
+    """Read the items of a tuple of numbers of one type, or of a shape."""
     return [builder.extract_value(values, k) for k in range(values.type.count)]
 
 
 def _entry(context, builder, array, value, index_type, index):
-    """Pointer to a float, or to lanes, in a C-contiguous array; and whether it is lanes."""
+    """Compute the pointer to a float or to lanes in a C-contiguous array; tell whether to lanes."""
     indices = [index] if isinstance(index_type, types.Integer) else []
     if not indices:
         indices = _items(builder, index)
@@ -301,14 +304,14 @@ def _entry(context, builder, array, value, index_type, index):
 
 
 def _index_type(index):
-    """Type of indices as signed machine words."""
+    """Return the type of indices as signed machine words."""
     if isinstance(index, types.Integer):
         return types.intp
     return types.UniTuple(types.intp, len(index))
 
 
 def _entry_type(array, index):
-    """Float or lanes, by how many dimensions the index leaves over; refuses other arrays."""
+    """Return the type of an entry, lanes if the index leaves one dimension over, else float."""
     if array.dtype != types.float64 or array.layout != "C":
         raise TypingError(f"got {array}, allowed: a C-contiguous float64 array")
     given = 1 if isinstance(index, types.Integer) else len(index)
@@ -317,7 +320,7 @@ def _entry_type(array, index):
 
 @operation
 def load(typingctx, array, index):
-    """Entry of a C-contiguous array: a float, or the lanes of its last dimension."""
+    """Read an entry of a C-contiguous array: a float, or the lanes of its last dimension."""
     kind, where = _entry_type(array, index), _index_type(index)
 
     def generate(context, builder, sig, args):
@@ -342,7 +345,7 @@ def store(typingctx, array, index, value):
 
 @operation
 def store_lane(typingctx, array, index, number_of_lane, value):
-    """Write one lane of an entry; of a float, which has lane 0 only, the entry itself."""
+    """Write one lane of an entry; an entry that is a float has lane 0 only."""
     where = _index_type(index)
 
     def generate(context, builder, sig, args):
@@ -358,7 +361,7 @@ def store_lane(typingctx, array, index, number_of_lane, value):
 
 @inline_kernel
 def lane_array(rows):
-    """Array of ``rows`` lanes, (rows, WIDTH) float64, on the boundary of a vector register."""
+    """Make an array of lanes, (rows, WIDTH) float64, aligned to vector registers."""
     line = 64
     memory = np.empty(rows * WIDTH + line // 8)
     skip = (-memory.ctypes.data % line) // 8
@@ -367,7 +370,7 @@ def lane_array(rows):
 
 @inline_kernel
 def load_three(array, first, *rest):
-    """Three entries of an array, at (first, *rest), (first + 1, *rest) and (first + 2, *rest)."""
+    """Read the entries (first, *rest), (first + 1, *rest) and (first + 2, *rest) of an array."""
     a, b = load(array, (first, *rest)), load(array, (first + 1, *rest))
     return a, b, load(array, (first + 2, *rest))
 
@@ -381,5 +384,5 @@ def store_three(array, first, vector):
 
 @inline_kernel
 def select_three(where, a, b):
-    """Take the vector a where the mask holds, else b."""
+    """Return the vector a where the mask is true, else b."""
     return select(where, a[0], b[0]), select(where, a[1], b[1]), select(where, a[2], b[2])

@@ -1,18 +1,23 @@
-"""Coulomb friction at an instant of a collision: how a contact slides, rests and slides anew.
+"""Pieces of a collision under Coulomb friction: a contact slides, sticks, or slides again.
 
-While a contact slides with the tangential velocity u, it follows in the normal impulse s
+While a contact slides with the tangential velocity u, it obeys
 
-    du/ds = A_tn - mu_d A_tt u / |u|,    dv/ds = A_nn - mu_d A_tn . u / |u|,    dw/ds = v,
+    du/ds = A_tn - mu_d A_tt u / |u|,    dv/ds = A_nn - mu_d A_tn . u / |u|,    dw/ds = v
 
-with the mobility A, the normal velocity v and the work w of the normal impulse; see
-`tablegen.model.coulomb` for rest and for why the path is unique. A piece of the path is the
-polynomials of u, s, v and w in one variable. It is a straight line in s, or where the direction of
-u turns, a Taylor series in t with ds = |u| dt, in which the equations lose the quotients,
+in the normal impulse s, with the mobility A, the normal velocity v and the work w of the normal
+impulse. `tablegen.model.coulomb` explains rest, and why the path is unique and ends.
+
+On a piece of the path u, s, v and w are polynomials of one variable. Where u keeps its direction
+the variable is s, and the piece is a straight line. Where u turns, the variable is t with
+ds = |u| dt. Then the equations have no quotients,
 
     u' = A_tn |u| - mu A_tt u,   s' = |u|,   v' = A_nn |u| - mu A_tn . u,   w' = |u| v,
 
-and every coefficient follows from those before it by one convolution an order.
-A mobility is the six numbers A_xx, A_xy, A_xz, A_yy, A_yz, A_zz of dV_c = A dV_p.
+and each Taylor coefficient follows from those of lower order by one convolution.
+
+Units: velocities in the impact speed V, mass one, so that impulses are changes of velocity. Vectors
+are in wall axes; t stands for x and z, n for y. A mobility is the six numbers A_xx, A_xy, A_xz,
+A_yy, A_yz, A_zz of dV_c = A dV_p. Sources are those of `tablegen.model.coulomb`.
 """
 
 from typing import NamedTuple
@@ -32,18 +37,18 @@ from tablegen.model.simd import (
     store,
 )
 
-#: Turning of a slide that counts as none, and slide that counts as rest, over the contact speed.
-#: Errors of the pieces of a path add up and do not grow.
+#: Over the contact speed: the change of direction below which a slide counts as straight, and the
+#: sliding velocity below which a contact rests. Errors of the pieces add up, and do not grow.
 PATH_TOLERANCE = 1e-13
 
-#: Normal impulse over the contact speed that no collision reaches: energy cannot grow, and the
-#: mobility is at least one, so that the largest is 2.
+#: Normal impulse over the contact speed that no collision reaches. The largest is 2, because the
+#: energy cannot grow and the mobility is at least one.
 REACH = 3.0
 
-#: Relative Newton step that is rounding.
+#: Relative Newton step that is no more than rounding.
 ROUNDING = 1e-14
 
-#: Turning, over the largest rate of the sliding velocity, that is rounding.
+#: Rate of turning over the largest rate of the sliding velocity that is no more than rounding.
 ACROSS_ROUNDING = 1e-15
 
 #: Rows of the coefficients: the tangential velocity, its modulus, the normal impulse, the normal
@@ -59,7 +64,7 @@ class Friction(NamedTuple):
 
 
 class Line(NamedTuple):
-    """Straight piece of a path: rates of (u, v, w) in s, length, whether it leads to rest."""
+    """Straight piece of a path: rates of (u, v, w) in s, length in s, whether it leads to rest."""
 
     rates: tuple[float, float, float]
     length: float
@@ -68,7 +73,7 @@ class Line(NamedTuple):
 
 @inline_kernel
 def static_pull(mobility):
-    """Tangential impulse over the normal one that holds a contact, less its sign: A_tt^-1 A_tn."""
+    """Compute A_tt^-1 A_tn: minus the tangential over the normal impulse that holds a contact."""
     axx, axy, axz, _, ayz, azz = mobility
     det = axx * azz - axz * axz
     return (azz * axy - axz * ayz) / det, (axx * ayz - axz * axy) / det
@@ -76,15 +81,15 @@ def static_pull(mobility):
 
 @no_refcount_kernel
 def slip_direction(friction, mobility, where):
-    """Direction in which a contact at rest begins to slide, and keeps sliding.
+    """Find the direction in which a contact at rest begins to slide and keeps sliding.
 
-    It is e = p / |p| with (mu A_tt + f) p = A_tn and |p| = 1, whose f > 0 is the rate of |u|. The
-    length of p falls with f from |A_tt^-1 A_tn| / mu > 1, so there is one solution; Newton's method
-    for 1 / |p|, which is concave in f, climbs to it from below. ``friction`` is mu_d, ``where`` the
+    It is p with (mu A_tt + f) p = A_tn and |p| = 1, where f > 0 is the rate of |u|. The length of p
+    falls with f, from |A_tt^-1 A_tn| / mu > 1, so there is one solution. Newton's method for
+    1 / |p|, which is concave in f, climbs to it from below. ``friction`` is mu_d; ``where`` are the
     lanes in which |A_tt^-1 A_tn| > mu_d.
     """
     axx, axy, axz, _, ayz, azz = mobility
-    # below the root, and above zero without friction
+    # this start is below the root, and positive without friction
     pull = sqrt(axy * axy + ayz * ayz)
     rate = maximum(pull - friction * (axx + azz), 0.0)
     x, z = axy, ayz
@@ -98,7 +103,7 @@ def slip_direction(friction, mobility, where):
         step = (length - 1.0) * square / (px * qx + pz * qz)
         x, z = select(where, px, x), select(where, pz, z)
         rate = select(where, rate + step, rate)
-        # in this form a NaN ends the search
+        # a comparison with NaN is false, so a NaN ends the search
         where = where & (step > ROUNDING * rate)
     length = sqrt(x * x + z * z)
     return x / length, z / length
@@ -106,10 +111,11 @@ def slip_direction(friction, mobility, where):
 
 @no_refcount_kernel
 def straight_piece(friction, mobility, velocity, size):
-    """Straight piece from the present contact velocity, and whether the contact turns instead.
+    """Make the straight piece that begins at a contact velocity; tell whether the slide turns.
 
-    A slide is straight where its turning, at most the rate |du_perp/ds|, cannot carry it farther
-    from the line than the tolerance.
+    A slide counts as straight if its rate of turning |du_perp/ds| cannot carry it farther from the
+    line than the tolerance. If it turns, the piece is not the path. ``size`` is the contact speed
+    before the collision.
     """
     axx, axy, axz, ayy, ayz, azz = mobility
     u, _, w = velocity
@@ -147,10 +153,11 @@ def straight_piece(friction, mobility, velocity, size):
 
 @no_refcount_kernel
 def expand_sliding(friction, mobility, velocity, series):
-    """Write the Taylor coefficients of a sliding contact in t, but for s and w those of order 0.
+    """Write the Taylor coefficients of a sliding contact in t to rows 0 to 5 of ``series``.
 
-    ``friction`` is mu_d, ``velocity`` that of the contact, (u, v, w) with (u, w) not zero,
-    ``series`` (9, ORDER + 1), whose rows 0 to 5 are written.
+    Those of order 0 of the impulse and the work are left out, because only their changes count.
+    ``friction`` is mu_d; ``velocity`` is that of the contact, (u, v, w) with (u, w) not zero;
+    ``series`` is (9, ORDER + 1).
     """
     axx, axy, axz, ayy, ayz, azz = mobility
     mxx, mxz, mzz = friction * axx, friction * axz, friction * azz
@@ -187,22 +194,23 @@ def expand_sliding(friction, mobility, velocity, series):
 
 @no_refcount_kernel
 def sliding_span(series, rate, tolerance):
-    """Length in t over which the truncated series stays within a tolerance of the velocities.
+    """Compute the length in t over which the truncated series stays within a tolerance.
 
-    ``rate``, positive, bounds |u'| / |u|; in units of it neighbouring coefficients are alike.
+    ``tolerance`` is that of the velocities. ``rate``, positive, bounds |u'| / |u|: if time is
+    measured in units of 1 / rate, neighbouring coefficients are of similar size.
     """
     last, before = last_terms(series, SLIDE_X)
     size = maximum(last, before * rate)
     measured = size > TINY
     share = tolerance / select(measured, size, 1.0)
-    # one over the rate keeps the bound honest where these terms happen to be small
+    # a length of at most 1 / rate keeps the bound valid where both terms happen to be small
     span = exponential(logarithm(maximum(share, TINY)) * (1.0 / ORDER))
     return select(measured, minimum(1.0 / rate, span), 1.0 / rate)
 
 
 @no_refcount_kernel
-def put_line(series, velocity, rates, turns):
-    """Write a straight piece in s with constant rates of u, v, w; lanes that turn keep theirs."""
+def store_line(series, velocity, rates, turns):
+    """Write a straight piece with the rates of u, v, w in s; lanes ``turns`` are not changed."""
     for row in range(6):
         for k in range(1, ORDER + 1):
             store(series, (row, k), select(turns, load(series, (row, k)), 0.0))
@@ -215,8 +223,8 @@ def put_line(series, velocity, rates, turns):
 
 
 @no_refcount_inline_kernel
-def gained(series, row, t):
-    """Change of a row from the start of the piece to t."""
+def change_on_piece(series, row, t):
+    """Compute the change of a row from the start of the piece to t."""
     value = load(series, (row, ORDER))
     for k in range(ORDER - 1, 0, -1):
         value = fma(value, t, load(series, (row, k)))
@@ -224,7 +232,7 @@ def gained(series, row, t):
 
 
 @no_refcount_inline_kernel
-def slope(series, row, t):
+def slope_on_piece(series, row, t):
     """Differentiate a row by the variable of the piece."""
     value = load(series, (row, ORDER)) * ORDER
     for k in range(ORDER - 1, 0, -1):

@@ -1,16 +1,20 @@
-"""Free tumbling: orientations that a grain takes while it turns with a given spin and inertia.
+"""Free tumbling: the orientations of a grain that turns with a given spin and inertia.
 
-In free flight the angular momentum L and the rotational energy T of a grain stay. With the mean
-angular velocity W = (2T/|L|^2) L goes the inertia about it, k = |L|^2/(2T), between the smallest
-and the largest principal moment (per unit mass, as all moments here). L = k W stands still in the
-lab. In body axes its direction l follows the curve on which
+In free flight the angular momentum L and the rotational energy T of a grain are constant. So are
+the mean angular velocity W = (2T/|L|^2) L and the inertia about it, k = |L|^2/(2T), which lies
+between the smallest and the largest principal moment. L = k W does not turn in the lab. In body
+axes its direction l follows the curve on which
 
-    l1^2 + l2^2 + l3^2 = 1,    l1^2/j1 + l2^2/j2 + l3^2/j3 = 1/k,
+    l1^2 + l2^2 + l3^2 = 1,    l1^2/j1 + l2^2/j2 + l3^2/j3 = 1/k.
 
-round the shortest axis of the grain where 1/k < 1/j2, else round the longest, by Jacobi's elliptic
-functions of time. Three things are not told by W and k, and are drawn: where on this curve l is and
-how far the grain has turned about L, two phases that are uniform in time after a flight of a few
-turns; and around which end of the axis l goes, because there is such a curve at either end.
+The curve goes round the shortest axis of the grain (that of j3) if 1/k < 1/j2, else round the
+longest, and l moves along it by Jacobi's elliptic functions of time. W and k leave three things
+open, which are drawn: where on the curve l is, how far the grain has turned about L, and round
+which end of the axis l goes, because there is one curve at either end. The first two are phases
+that are uniform in time after a flight of a few turns.
+
+Units: angular velocities in V / a, moments of inertia per unit mass in a^2.
+Source: Landau & Lifshitz, Mechanics, section 37.
 """
 
 import math
@@ -21,28 +25,29 @@ from tablegen.model.elementary import sine_and_cosine
 from tablegen.model.frames import combine, cross, perpendicular, unit
 from tablegen.model.jit import inline_kernel, kernel
 
-#: Share of the largest moment by which the moments of a grain that has no axis may differ.
+#: Share of the largest moment of inertia by which the moments of a round grain may differ.
 ROUND = 1e-9
 
-#: Least complement of the parameter of elliptic functions: rounding of k gives no smaller one.
+#: Least complement 1 - m of the parameter of elliptic functions; rounding of k gives none smaller.
 _LEAST_COMPLEMENT = 2.0**-53
 
-#: Means after which the arithmetic and the geometric one are equal to rounding.
+#: Steps after which the arithmetic and the geometric mean are equal to rounding.
 _MEANS = 8
 
 
 @inline_kernel
 def is_round(moments):
-    """Whether a grain turns about any axis alike, as a sphere and a cube do."""
+    """Tell whether a grain has equal moments about all axes, as a sphere and a cube do."""
     return moments[2] - moments[0] <= ROUND * moments[2]
 
 
 @kernel
 def jacobi(turn, complement):
-    """Return sn, cn and dn of 4 K ``turn``, where K is the quarter period and 0 <= turn <= 1.
+    """Compute Jacobi's sn, cn and dn of 4 K ``turn``, where K is the quarter period.
 
-    ``complement`` is 1 - m, from 0 excluded to 1. Gauss's transformation by arithmetic-geometric
-    means: the last parameter is 0, and the functions are those of the angle 2 pi turn.
+    ``turn`` is from 0 to 1. ``complement`` is 1 - m, above 0 and up to 1. Gauss's transformation
+    leads by arithmetic-geometric means to the parameter 0, where the functions are the sine and the
+    cosine of 2 pi turn.
     """
     sine, cosine = sine_and_cosine(turn)
     if sine == 0.0:
@@ -66,16 +71,16 @@ def jacobi(turn, complement):
 
 @kernel
 def momentum_direction(moments, inertia, turn, positive):
-    """Direction in body axes of the angular momentum of a tumbling grain.
+    """Compute the direction in body axes of the angular momentum of a tumbling grain.
 
-    ``moments`` ascend, and are not all equal (`is_round`); ``turn``, from 0 to 1, is the phase of
-    the tumbling, ``positive`` the side of the centre on which the direction goes round.
+    ``moments`` are in rising order and not all equal (`is_round`). ``turn``, from 0 to 1, is the
+    phase of the tumbling. ``positive`` tells which end of the axis the direction goes round.
     """
     i1, i2, i3 = 1.0 / moments[0], 1.0 / moments[1], 1.0 / moments[2]
     x = min(max(1.0 / inertia, i3), i1)
     side = 1.0 if positive else -1.0
     first, third = math.sqrt((x - i3) / (i1 - i3)), math.sqrt((i1 - x) / (i1 - i3))
-    # of two equal moments the axes turn alike, and the parameter is 0
+    # if two moments are equal, the motion is a steady precession and the parameter is 0
     if i1 == i2 or x < i2:
         second = math.sqrt((x - i3) / (i2 - i3))
         complement = (i1 - i3) * (i2 - x) / ((i2 - i3) * (i1 - x)) if i1 > i2 else 1.0
@@ -89,10 +94,10 @@ def momentum_direction(moments, inertia, turn, positive):
 
 @kernel
 def axes_of_tumbling(moments, inertia, spin, phases):
-    """Wall axes n and x in body axes of a grain that tumbles.
+    """Compute the wall axes n and x in body axes of a grain that tumbles.
 
-    ``spin`` is its mean angular velocity in wall axes, not zero, and ``phases`` are uniform numbers
-    from 0 to 1: of the tumbling, of the turn about the spin, and of the side.
+    ``spin`` is its mean angular velocity in wall axes, not zero. ``phases`` are three uniform
+    numbers from 0 to 1: for the tumbling, for the turn about the spin, and for the end of the axis.
     """
     tumbled, turned, side = phases
     momentum = momentum_direction(moments, inertia, tumbled, side < 0.5)

@@ -1,4 +1,4 @@
-"""Direct rebounds of particles that each have their own velocity, spin and grain."""
+"""Direct simulation of particles that each have their own velocity, spin and grain."""
 
 from typing import Any, NamedTuple
 
@@ -27,7 +27,7 @@ from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import ASPECT
-from tablegen.model.random_particles import first_misfit
+from tablegen.model.random_particles import first_wrong_grain
 from tablegen.parallel import in_slices
 from tablegen.simulation.direct_impacts import (
     DirectArrays,
@@ -42,54 +42,95 @@ from tablegen.simulation.smooth_walls import smooth_rebounds
 
 
 class DirectRebound(NamedTuple):
-    """Result of `DirectModel.rebound`, as `sampler.table.Rebound`."""
+    """Result of `DirectModel.rebound`, with the fields of `sampler.table.Rebound`.
+
+    Attributes
+    ----------
+    velocity : float64 array, shape (..., 3)
+        Velocity after the rebound [m/s], lab frame.
+    omega : float64 array, shape (..., 3)
+        Mean angular velocity after the rebound [rad/s], lab frame.
+    inertia : float64 array, shape (...)
+        Inertia about ``omega``, over m a^2; 0 without spin, and for fresh grains.
+    """
 
     velocity: NDArray[np.float64]
     omega: NDArray[np.float64]
-    #: Inertia about omega over m a^2, (...); 0 without spin, and of fresh grains.
     inertia: NDArray[np.float64]
 
 
 class DirectModel:
-    """Rebounds by direct simulation, with the methods of `sampler.Table` that draw them.
+    """Rebounds by direct simulation.
 
-    A grain is a shape and its ratios b/a and c/b. Between walls it tumbles; what stays is its mean
-    angular velocity, omega = (2T/L^2) L, and the inertia about it, L^2 / (2T m a^2), which go in
-    and out. The orientation in which it meets the next wall is drawn by the keys: each orientation
-    of free tumbling with these four numbers is as likely as the share of time that the grain spends
-    in it, which is right after a flight of a few turns (`tablegen.model.tumbling`). So a chain of
-    rebounds is direct simulation of a whole path. A grain without spin is oriented uniformly, and
-    so is one with a spin whose inertia is not known.
-
-    A grain may tumble around either end of an axis. The four numbers do not tell the ends of a mesh
-    without symmetry apart; one of them is drawn at every wall.
+    `sample` and `rebound` take and return the same as those of `sampler.Table`, and simulate each
+    rebound instead of drawing it from a table. So a `DirectModel` can replace a table in any
+    program, and a chain of its rebounds is the direct simulation of a whole path.
 
     Parameters
     ----------
     config : Config
-        From `tablegen.load_config`: laws, particles and numerical parameters.
+        Configuration with laws, particles and numerical parameters, from `tablegen.load_config`.
     population : Population, optional
-        Other particles than the configuration's, for example
+        Other particles than those of the configuration, for example
         ``config.population.restricted_to("prism")``.
 
     Attributes
     ----------
     columns : tuple of str
         The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z.
+
+    Notes ----- A grain is a shape and its ratios b/a and c/b. Between walls it tumbles. Its angular
+    momentum L and its rotational energy T are constant, and so are the mean angular velocity omega
+    = (2T/L^2) L and the inertia about it, L^2 / (2T m a^2). These four numbers are given before a
+    rebound and returned after it.
+
+    The keys draw the orientation in which a grain meets the next wall. An orientation is as likely
+    as the share of time that a grain with these four numbers spends in it during free tumbling.
+    That is right after a flight of a few turns (`tablegen.model.tumbling`). A grain without spin is
+    oriented uniformly, and so is a grain with a spin whose inertia is not known.
+
+    A grain may tumble around either end of an axis. For a mesh without symmetry the two ends
+    differ, and the four numbers do not say which of them it is. One of them is drawn at each wall.
+
+    Examples
+    --------
+    Two grains hit a wall and then a second one. Their spin and inertia go from rebound to rebound:
+
+    >>> import numpy as np
+    >>> from tablegen import DirectModel, load_config
+    >>> model = DirectModel(load_config("corundum-steel"))
+    >>> velocity = np.array([[80.0, -60.0, 0.0], [80.0, -60.0, 0.0]])
+    >>> keys = {"seed": 7, "index": [0, 1]}
+    >>> first = model.rebound(velocity, [0.0, 1.0, 0.0], 1e-5, hit=0, **keys)
+    >>> bool(np.all(first.velocity[:, 1] > 0.0))
+    True
+    >>> second = model.rebound(
+    ...     first.velocity,
+    ...     [0.0, -1.0, 0.0],
+    ...     1e-5,
+    ...     omega=first.omega,
+    ...     inertia=first.inertia,
+    ...     hit=1,
+    ...     **keys,
+    ... )
+    >>> second.velocity.shape
+    (2, 3)
     """
 
     columns = STATE
 
     def __init__(self, config: Config, population: Population | None = None) -> None:
-        self._arrays = DirectArrays.of(config.pair, population or config.population, config.model)
+        self._arrays = DirectArrays.from_parts(
+            config.pair, population or config.population, config.model
+        )
 
     @classmethod
-    def of_parts(
+    def from_parts(
         cls, pair: MaterialPair, population: Population, numerics: ModelSettings
     ) -> "DirectModel":
-        """Make a model of laws, particles and numerical parameters without a configuration."""
+        """Make a model from laws, particles and numerical parameters."""
         model = cls.__new__(cls)
-        model._arrays = DirectArrays.of(pair, population, numerics)
+        model._arrays = DirectArrays.from_parts(pair, population, numerics)
         return model
 
     def sample(
@@ -112,35 +153,55 @@ class DirectModel:
 
         Parameters
         ----------
-        alpha1, speed, seed, index, hit, rng, size, threads
-            As for `sampler.Table.sample`. `hit` selects the orientation; it is needed with a spin.
+        alpha1 : float or array
+            Impact angle from the wall [rad], in (0, pi/2].
+        speed : float or array
+            Impact speed V [m/s].
         spin : array, shape (..., 3), optional
-            Mean angular velocity before the impact times a/V, wall frame; none if left out. A
-            particle may turn by at most 1e6 rad before its first contact:
+            Mean angular velocity before the impact times a/V, in wall axes. By default particles do
+            not spin. A particle may turn by at most 1e6 rad before its first contact,
             ``2 |spin| / sin(alpha1)``.
-        inertia : array, shape (...), optional
-            That about the spin over m a^2, from the smallest to the largest moment of the grain;
-            0, or left out: not known.
-        grain : "own", "fresh" or array, shape (..., 3)
-            "own": a particle has the same grain at every hit, drawn from the population by
-            (seed, index). "fresh": it has another one at every hit, drawn by (seed, index, hit).
-            An array: shape code, b/a and c/b of each particle, as `grains` returns them.
-        inertia_after : float64 array, shape (n,), written
-            Inertia of the n particles about their spin after the impact, over m a^2: 0 without
-            spin, and of fresh grains.
+        inertia : float or array, optional
+            Inertia about the spin over m a^2, from the smallest to the largest principal moment of
+            the grain. With 0, the default, it is not known.
+        grain : {"own", "fresh"} or array of shape (..., 3), optional
+            With "own", the default, a particle has the same grain at every hit, drawn from the
+            population by (seed, index). With "fresh" it has another grain at every hit, drawn by
+            (seed, index, hit). An array gives shape code, b/a and c/b of each particle, as `grains`
+            returns them.
+        seed, index, hit, rng, size, threads
+            As for `sampler.Table.sample`. The keys also draw the orientation at the impact, so
+            ``hit`` is required with a spin.
+        inertia_after : float64 array of shape (n,), optional
+            If given, the inertias of the n particles about their spin after the impact, over m a^2,
+            are written to it; 0 without spin, and for fresh grains.
 
         Returns
         -------
         float64 array, shape (..., 6)
-            States as of `sampler.Table.sample`. With equal angles, speeds and spins, index 0, 1,
-            ... and hit 0 they are those of `tablegen.simulate` with this seed.
+            States, with the variables of `columns`.
 
         Raises
         ------
         InputError
-            If an input has a wrong type or shape or is not allowed. Names the first row.
+            If an argument has a wrong type or shape, or a value that is not allowed. The message
+            names the first row.
         RuntimeError
-            If a particle is still in contact after 10**8 collisions.
+            If a particle is still in contact after 10**8 collisions, or if its state is not finite.
+
+        Notes
+        -----
+        For equal angles, speeds and spins, the particles ``index=0, 1, ...`` at ``hit=0`` are those
+        of `tablegen.simulate` with the same seed.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from tablegen import DirectModel, load_config
+        >>> model = DirectModel(load_config("corundum-steel"))
+        >>> states = model.sample(np.radians(30.0), [80.0, 120.0], seed=7, index=[0, 1])
+        >>> states.shape
+        (2, 6)
         """
         given = {"alpha1": alpha1, "speed": speed} | present(spin=spin, inertia=inertia)
         call, impacts = self._impacts(given, grain, Keys(seed, index, hit, rng, size))
@@ -170,35 +231,59 @@ class DirectModel:
         threads: int | None = None,
         works: FloatArray | None = None,
     ) -> DirectRebound:
-        """Rebound particles from a wall, in the lab frame.
+        """Simulate rebounds from a wall in the lab frame.
 
         Parameters
         ----------
-        velocity, normal, half_size, omega, inertia, wall_velocity
-            As for `sampler.Table.rebound`.
+        velocity : array, shape (..., 3)
+            Velocity before the impact [m/s].
+        normal : array, shape (..., 3)
+            Wall normal into the gas, of any length but zero.
+        half_size : float or array
+            Largest half-size a of the particle [m], from 1e-9 to 100.
+        omega : array, shape (..., 3), optional
+            Mean angular velocity before the impact [rad/s], as a rebound returns it. By default
+            particles do not spin.
+        inertia : float or array, optional
+            Inertia about ``omega`` over m a^2, as a rebound returns it. With 0, the default, it is
+            not known.
         grain, seed, index, hit, rng, size, threads
             As for `sample`.
-        roughness : float or array, shape (...), optional
-            Standard deviation of the random tilt of a rough wall's normal, rad, from 0 to 0.5;
-            a smooth wall if left out. The facets are those of `sampler.Table.rebound` with the same
-            keys. A particle that leaves one into the wall hits again with its new spin and
-            inertia and the same grain.
-        isotropic : bool
-            As for `sampler.Table.rebound`.
-        works : float64 array, shape (n, 2), written
-            Energies that the normal and the tangential impulses of the n rebounds took, J/kg; of
-            smooth walls only.
+        wall_velocity : array, shape (..., 3), optional
+            Velocity of the wall at the point of contact [m/s]. By default the wall is at rest.
+        roughness : float or array, optional
+            Standard deviation of the random tilt of a rough wall's normal [rad], from 0 to 0.5. By
+            default the wall is smooth. The facets are those of `sampler.Table.rebound` with the
+            same keys. A particle that leaves a facet into the wall hits again, with its new spin
+            and inertia and the same grain.
+        isotropic : bool, optional
+            Whether facets are tilted across the plane of incidence too, and not only in it.
+        works : float64 array of shape (n, 2), optional
+            If given, the energies that the normal and the tangential impulses of the n rebounds
+            took [J/kg] are written to it. Only for smooth walls.
 
         Returns
         -------
         DirectRebound
-            ``velocity, omega``, both of shape (..., 3), m/s and rad/s, and ``inertia``, shape
-            (...), over m a^2. At exactly normal impact the direction along the wall is uniform.
+            ``velocity`` [m/s], ``omega`` [rad/s] and ``inertia`` over m a^2, in the lab frame.
 
         Raises
         ------
-        InputError, RuntimeError
-            As `sample`; also if a particle does not approach the wall or a normal is zero.
+        InputError
+            As for `sample`; also if a particle does not approach the wall, or if a normal is zero.
+        RuntimeError
+            As for `sample`.
+
+        Notes ----- At exactly normal impact no direction along the wall is distinguished, and the
+        keys draw one.
+
+        Examples
+        --------
+        >>> from tablegen import DirectModel, load_config
+        >>> model = DirectModel(load_config("corundum-steel"))
+        >>> after = model.rebound([80.0, -60.0, 0.0], [0.0, 1.0, 0.0], 1e-5, seed=7, index=0)
+        >>> after.velocity.shape, after.omega.shape, after.inertia.shape
+        ((3,), (3,), ())
         """
         given = {"velocity": velocity, "normal": normal, "half_size": half_size}
         given |= present(wall_velocity=wall_velocity, omega=omega, inertia=inertia)
@@ -217,18 +302,36 @@ class DirectModel:
         )
 
     def grains(self, seed: int, index: ArrayLike) -> NDArray[np.float64]:
-        """Return the grains that particles keep, (..., 3), as `sampler.Table.grains`.
+        """Return the grains that particles keep from wall to wall.
 
-        The shape code of mesh number k of the population is FIRST_MESH + k.
+        Parameters
+        ----------
+        seed : int
+            Seed of the run.
+        index : int or array of int
+            Identity of each particle.
+
+        Returns
+        -------
+        float64 array, shape (..., 3)
+            Shape code, b/a and c/b. The shape codes are those of `tablegen.Simulation`, and 6 + k
+            for mesh number k of the population.
+
+        Examples
+        --------
+        >>> from tablegen import DirectModel, load_config
+        >>> model = DirectModel(load_config("corundum-steel"))
+        >>> model.grains(7, [0, 1, 2]).shape
+        (3, 3)
         """
         call = broadcast({}, Keys(seed, index))
-        grains = DirectImpacts.of_call(call).grains(call.rows.n, self._arrays.population)
+        grains = DirectImpacts.from_call(call).grains(call.rows.n, self._arrays.population)
         return grains.reshape(*call.shape, 3)
 
     def _impacts(
         self, given: dict[str, Any], grain: Grain, keys: Keys
     ) -> tuple[Call, DirectImpacts]:
-        """Broadcast the arguments, with zeros for a spin or a wall velocity that is left out."""
+        """Broadcast the arguments; a spin or a wall velocity that is not given is zero."""
         check_grain_word(grain)
         drawn = isinstance(grain, str)
         fresh = drawn and grain == "fresh"
@@ -236,14 +339,14 @@ class DirectModel:
         for name in ("omega", "wall_velocity") if "velocity" in given else ("spin",):
             call.rows.arrays.setdefault(name, np.zeros((1, 3)))
         call.rows.arrays.setdefault("inertia", np.zeros(1))
-        impacts = DirectImpacts.of_call(call)
+        impacts = DirectImpacts.from_call(call)
         if impacts.grain is not None:
             self._check_grains(call, impacts.grain)
         return call, impacts
 
     def _check_grains(self, call: Call, grains: FloatArray) -> None:
         """Refuse the first row that is not a grain of the population."""
-        row = first_misfit(self._arrays.population, grains)
+        row = first_wrong_grain(self._arrays.population, grains)
         if row < 0:
             return
         got = ", ".join(f"{x:.9g}" for x in grains[row])
@@ -266,7 +369,7 @@ class DirectModel:
 
         def work(part: slice) -> None:
             try:
-                rebounds(self._arrays, impacts.of(part), results.of(part))
+                rebounds(self._arrays, impacts.select(part), results.select(part))
             except Failure as failure:
                 raise failure_of(call, part.start + failure.row, failure.code) from None
 

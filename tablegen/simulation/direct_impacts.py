@@ -1,4 +1,4 @@
-"""Records of the direct model: its laws, impacts and their results, and rows that fail."""
+"""Records of the direct model: laws and particles, impacts, results, and rows that fail."""
 
 import math
 from typing import Any, NamedTuple
@@ -34,8 +34,9 @@ OWN = np.full(1, OWN_GRAIN)
 class DirectArrays(NamedTuple):
     """Laws, particles and numerical parameters of a model, as kernels take them.
 
-    ``law``: `LawArguments`. ``population``: `PopulationArguments`. ``numerics``: resolution of
-    contacts, tolerance of flights, and 0 because angular velocities are means over free tumbling.
+    ``law`` are `LawArguments`, ``population`` are `PopulationArguments`. ``numerics`` are the
+    resolution of contacts, the tolerance of flights, and 0 because angular velocities are means
+    over free tumbling.
     """
 
     law: Any
@@ -43,7 +44,7 @@ class DirectArrays(NamedTuple):
     numerics: tuple[float, float, float]
 
     @classmethod
-    def of(
+    def from_parts(
         cls,
         pair: MaterialPair,
         population: Population,
@@ -57,7 +58,7 @@ class DirectArrays(NamedTuple):
         )
 
 
-#: An impact whose frame is the lab frame: that of impacts in the frame of the wall.
+#: Velocity, normal, half-size and wall velocity of an impact whose wall axes are those of the lab.
 _WALL = (
     np.array([[1.0, -1.0, 0.0]]),
     np.array([[0.0, 1.0, 0.0]]),
@@ -79,7 +80,7 @@ class Failure(Exception):  # noqa: N818  # becomes an error when its row has a n
 
 
 def _writable_arrays(call: Call) -> dict[str, NDArray[Any]]:
-    """Give the arguments of a call, writable: kernels are compiled for no other arrays."""
+    """Return the arguments of a call as writable arrays, for which the kernels are compiled."""
     return {
         name: array if array.flags.writeable else array.copy()
         for name, array in call.rows.arrays.items()
@@ -89,17 +90,17 @@ def _writable_arrays(call: Call) -> dict[str, NDArray[Any]]:
 class DirectImpacts(NamedTuple):
     """Impacts of n particles, as kernels take them; arrays have n rows, or one for all.
 
-    They are given in the frame of the wall, or in the lab frame. What is None is not given.
+    They are given in the frame of the wall or in the lab frame. A field that is None is not given.
     """
 
     seed: np.uint64
     index: NDArray[np.uint64]  # type: ignore[assignment]  # hides tuple.index
     hit: NDArray[np.uint32]
-    #: Hits whose random numbers make the grains; empty where grains are given.
-    made_at: NDArray[np.uint32]
+    #: Hits whose random numbers draw the grains; empty if the grains are given.
+    grain_hits: NDArray[np.uint32]
     #: (n, 3): shape code, b/a and c/b.
     grain: Given = None
-    #: (n,): inertia about the spin over m a^2; 0 is not known.
+    #: (n,): inertia about the spin over m a^2; 0 if it is not known.
     inertia: Given = None
     #: Frame of the wall: angle [rad], speed [m/s], and spin times a/V.
     alpha1: Given = None
@@ -116,13 +117,13 @@ class DirectImpacts(NamedTuple):
     across: Given = None
 
     @classmethod
-    def of_call(cls, call: Call) -> "DirectImpacts":
+    def from_call(cls, call: Call) -> "DirectImpacts":
         """Take the arguments of a call."""
         arrays = _writable_arrays(call)
-        made_at = OWN[:0] if "grain" in arrays else arrays["hit"] if call.rows.fresh else OWN
-        return cls(np.uint64(call.rows.seed), made_at=made_at, **arrays)
+        grain_hits = OWN[:0] if "grain" in arrays else arrays["hit"] if call.rows.fresh else OWN
+        return cls(np.uint64(call.rows.seed), grain_hits=grain_hits, **arrays)
 
-    def of(self, rows: slice | NDArray[np.intp]) -> "DirectImpacts":
+    def select(self, rows: slice | NDArray[np.intp]) -> "DirectImpacts":
         """Select some of the particles."""
         arrays: dict[str, Any] = {
             name: array[rows]
@@ -133,7 +134,7 @@ class DirectImpacts(NamedTuple):
 
     @property
     def frame(self) -> tuple[Any, ...]:
-        """Velocity, normal, half-size and velocity of the wall, whose frame is that of states."""
+        """Velocity, normal, half-size and wall velocity, which define the wall axes."""
         if self.velocity is None:
             return _WALL
         return self.velocity, self.normal, self.half_size, self.wall_velocity
@@ -167,18 +168,20 @@ class DirectImpacts(NamedTuple):
         """Return the grains, given or drawn, (n, 3)."""
         kind = self.kind(count)
         if self.grain is None:
-            draw_grains(population, self.seed, self.index, self.made_at, kind)
+            draw_grains(population, self.seed, self.index, self.grain_hits, kind)
         return kind
 
 
 class DirectResults(NamedTuple):
-    """Arrays for the results of n impacts, which simulation writes."""
+    """Arrays to which the simulation writes the results of n impacts."""
 
-    #: (n, 6): in the frame of the wall velocities over V, angular velocities times a/V; else SI.
+    #: (n, 6): velocities over V and angular velocities times a/V for impacts in the frame of the
+    #: wall; velocities [m/s] and angular velocities [rad/s] for impacts in the lab frame.
     states: FloatArray
     #: (n,): inertia about the spin over m a^2; 0 without spin.
     inertia: FloatArray
-    #: (n, 2): energies that the normal and the tangential impulses took, J/kg; None: not wanted.
+    #: (n, 2): energies that the normal and the tangential impulses took [J/kg], or None if they are
+    #: not wanted.
     works: FloatArray | None = None
 
     @classmethod
@@ -186,14 +189,14 @@ class DirectResults(NamedTuple):
         """Make arrays for some impacts."""
         return cls(np.empty((count, 6)), np.empty(count), works)
 
-    def of(self, part: slice) -> "DirectResults":
+    def select(self, part: slice) -> "DirectResults":
         """Select some of the particles."""
         works = None if self.works is None else self.works[part]
         return DirectResults(self.states[part], self.inertia[part], works)
 
 
 def failure_of(call: Call, row: int, code: int) -> Exception:
-    """Make the error for a row and the code of a `Failure`."""
+    """Make the error for the row and the code of a `Failure`."""
     at = place(row, call.shape)
     arrays = call.rows.arrays
     if code == 0:

@@ -1,8 +1,8 @@
 """Chains of impacts: particles that meet one wall after another, with grain, spin and inertia.
 
-Nothing acts on a particle between two walls but a gas that may turn its velocity. It tumbles
-freely, so that its mean angular velocity and the inertia about it stay; in which orientation it
-meets the next wall is the matter of the law there.
+Between two walls a particle tumbles freely, so its mean angular velocity and the inertia about it
+are constant. A gas may turn its velocity, and nothing else acts on it. The law of the next wall
+draws the orientation in which the particle arrives there.
 """
 
 from typing import NamedTuple
@@ -17,8 +17,8 @@ from tablegen.simulation.direct import DirectModel
 #: Angles [rad] at which walls of any direction are met.
 ANY_ANGLES = (np.radians(5.0), np.radians(85.0))
 
-#: Least angle [rad] for each V/a of spin, with a margin: the direct model does not simulate
-#: particles that turn too often before they meet the wall.
+#: Least angle [rad] over the spin [V/a] at which the direct model simulates a particle, with a
+#: margin. At smaller angles it would turn too often before it meets the wall.
 _TURNED = 2.0 * 1.01 / MOST_TURNED
 
 #: Least speed V [m/s], with a margin for rounding to single precision.
@@ -26,7 +26,7 @@ _LEAST_SPEED = 1.001 * SPEED.low
 
 
 class Impacts(NamedTuple):
-    """Impacts of n particles, one each, in the axes of the wall; the unit of length is a."""
+    """Impacts of n particles, one each, in wall axes; the unit of length is a."""
 
     #: (n,): angles [rad] from the wall, speeds V [m/s].
     alpha1: FloatArray
@@ -59,23 +59,23 @@ class Departures(NamedTuple):
 
 
 def effective_speed(impacts: Impacts) -> FloatArray:
-    """Compute the speeds V_e [m/s] at which translation alone had all of the energy, (n,)."""
+    """Compute the speeds V_e [m/s] whose translational energy is the whole energy, (n,)."""
     return impacts.speed * energy_factor(impacts.spin, impacts.inertia)
 
 
 def energy_factor(spin: FloatArray, inertia: FloatArray) -> FloatArray:
-    """Compute V_e over V of spins (n, 3), times a/V and the inertia about them, shape (n,)."""
+    """Compute V_e over V from spins (n, 3) in V/a and the inertias about them, shape (n,)."""
     return np.sqrt(1.0 + inertia * np.square(spin).sum(axis=1))
 
 
 def depart(
     model: DirectModel, impacts: Impacts, seed: int, threads: int | None = None
 ) -> Departures:
-    """Simulate impacts directly, with the grains that they have."""
+    """Simulate impacts of given grains directly."""
     works = np.empty((len(impacts.index), 2))
     turning = impacts.speed[:, None] / HALF_SIZE  # V/a
-    # in the axes of the wall, because at exactly normal impact `rebound` turns its own at random,
-    # and the law is then symmetric about the normal
+    # the wall axes are those of the lab; at exactly normal impact `rebound` draws the axis x, which
+    # changes nothing because the law is then symmetric about the normal
     after = model.rebound(
         impacts.speed[:, None] * _towards(impacts.alpha1),
         np.array([0.0, 1.0, 0.0]),
@@ -103,11 +103,11 @@ def _towards(alpha1: FloatArray) -> FloatArray:
 def next_impacts(
     departures: Departures, any_wall: NDArray[np.bool_], uniform: FloatArray
 ) -> Impacts:
-    """Let particles fly to their next walls; returns the impacts in the axes of those walls.
+    """Let particles fly to their next walls; return the impacts in the axes of those walls.
 
-    A particle meets the wall that it left again, at the angle of its departure, as on the inside of
-    a cylinder. Where ``any_wall`` (n,) says so, it meets a wall of any direction, at an angle and
-    in a plane that follow from ``uniform`` (n, 2), random numbers from 0 to 1.
+    By default a particle meets the wall that it left, at the angle of its departure, as on the
+    inside of a cylinder. Where ``any_wall`` (n,) is true, it meets a wall of any direction. The
+    angle and the plane of that impact follow from ``uniform`` (n, 2), random numbers from 0 to 1.
     """
     velocity = departures.states[:, :3]
     direction = velocity / np.linalg.norm(velocity, axis=1)[:, None]
@@ -150,10 +150,10 @@ def _perpendicular(vectors: FloatArray) -> FloatArray:
 
 
 def _frame(direction: FloatArray, normal: FloatArray) -> FloatArray:
-    """Axes x, y, z of the impacts, the rows of (n, 3, 3) matrices."""
+    """Compute the wall axes x, y and z of the impacts, the rows of matrices (n, 3, 3)."""
     along = direction - np.einsum("ni,ni->n", direction, normal)[:, None] * normal
     size = np.linalg.norm(along, axis=1)
-    # any direction along the wall, if there is none
+    # at normal impact, any direction along the wall
     along = np.where((size > 1e-9)[:, None], along, _perpendicular(normal))
     along /= np.linalg.norm(along, axis=1)[:, None]
     along -= np.einsum("ni,ni->n", along, normal)[:, None] * normal
@@ -176,7 +176,7 @@ def joined_impacts(parts: list[Impacts]) -> Impacts:
 def first_impacts(
     alpha1: FloatArray, speed: FloatArray, grain: FloatArray, index: NDArray[np.uint64]
 ) -> Impacts:
-    """Make first impacts: no spin."""
+    """Make first impacts, of particles that do not spin."""
     n = len(index)
     hit = np.zeros(n, dtype=np.uint32)
     return Impacts(alpha1, speed, np.zeros((n, 3)), np.zeros(n), grain, index, hit)

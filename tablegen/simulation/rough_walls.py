@@ -1,8 +1,8 @@
-"""Direct rebounds from rough walls: from facet to facet until a particle leaves.
+"""Direct simulation of rough walls: particles bounce from facet to facet until they leave.
 
-The facets are those that `tablegen.model.roughness` draws with the same keys. A bounce begins with
-the spin and the inertia after the one before, and all bounces of a hit have one grain. As a table
-does, a bounce draws the phases of the tumbling anew, by its keys: both have one law.
+`tablegen.model.roughness` draws the facets. A bounce begins with the spin and the inertia after the
+bounce before, and all bounces of a hit have the same grain. Each bounce draws the phases of the
+tumbling by its own keys, as a table does.
 """
 
 import numpy as np
@@ -22,22 +22,22 @@ from tablegen.simulation.smooth_walls import smooth_rebounds
 def rough_rebounds(arrays: DirectArrays, impacts: DirectImpacts, results: DirectResults) -> None:
     """Rebound particles from rough walls, and write their results; raises `Failure`.
 
-    Every impact on the mean wall must be possible. The code is 0 for a particle that never leaves a
-    facet.
+    Each impact must be allowed on the mean wall. The code of the failure is 0 if a particle never
+    leaves a facet.
     """
     count = len(results.states)
     impacts.conditions(count, arrays.numerics)
     seed, wall_velocity = impacts.seed, np.broadcast_to(impacts.wall_velocity, (count, 3))
     going = impacts._replace(
-        # relative to the wall
+        # velocities are relative to the wall from here on
         velocity=np.array(np.broadcast_to(impacts.velocity - impacts.wall_velocity, (count, 3))),
         wall_velocity=np.zeros((1, 3)),
-        made_at=OWN[:0],
+        grain_hits=OWN[:0],
         grain=impacts.grains(count, arrays.population),
     )
     rows = np.arange(count)
     for bounce in range(MAX_BOUNCES):
-        # compiled code takes an int of Python for a signed number
+        # converted, because compiled code takes a Python int for a signed number
         going = going._replace(seed=np.uint64(seed_of_bounce(seed, bounce)))
         after = DirectResults.empty(len(rows))
         try:
@@ -52,7 +52,7 @@ def rough_rebounds(arrays: DirectArrays, impacts: DirectImpacts, results: Direct
         if len(stays) == 0:
             return
         rows = rows[stays]
-        going = going.of(stays)._replace(
+        going = going.select(stays)._replace(
             velocity=after.states[stays, :3].copy(),
             omega=after.states[stays, 3:].copy(),
             inertia=after.inertia[stays],
@@ -61,7 +61,7 @@ def rough_rebounds(arrays: DirectArrays, impacts: DirectImpacts, results: Direct
 
 
 def _on_facets(impacts: DirectImpacts, count: int) -> DirectImpacts:
-    """Draw the facet that each particle meets: smooth walls in place of the rough ones."""
+    """Replace the normal of the rough wall by that of the smooth facet that each particle meets."""
     facets, wall = np.empty((count, 3)), (impacts.normal, impacts.roughness, impacts.across)
     facet_normals(impacts.velocity, *wall, impacts.keys, facets)
     return impacts._replace(normal=facets)

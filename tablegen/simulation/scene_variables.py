@@ -1,4 +1,7 @@
-"""Variables of the state, and channels, of a direct simulation."""
+"""Variables and channels of the states of a direct simulation.
+
+FORMAT.md defines the channels, from which a table makes the variables.
+"""
 
 from collections.abc import Sequence
 
@@ -8,12 +11,13 @@ from sampler.formats.channels import CHANNELS, STATE, WORKS, to_channels
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.simulate import Simulation
 
-#: Distance of energy shares from the ends of (0, 1), which single precision can resolve: a sphere
-#: that meets the wall head-on does not turn at all.
+#: Least distance of an energy share from 0 and 1, which single precision can resolve. A sphere that
+#: meets the wall head-on does not turn, so its share would be 0.
 _INSIDE = 1e-6
 
-#: Last number of single precision below 1, and one near 0, for shares that a table stores as they
-#: are: a sphere that meets an elastic wall head-on keeps all of its energy.
+#: Largest number of single precision below 1, and a number close to 0, for shares that a table
+#: stores as they are. A sphere that meets an elastic wall head-on keeps its whole energy, a share
+#: of 1.
 _BELOW_ONE = 1.0 - 2.0**-24
 _ABOVE_ZERO = 2.0**-100
 
@@ -31,7 +35,7 @@ _ROUNDING = 1e-9
 
 
 def simulated_variables(simulation: Simulation, variables: Sequence[str]) -> FloatArray:
-    """Give variables of `sampler.formats.channels.VARIABLES`, shape (n, len(variables)).
+    """Compute variables of `sampler.formats.channels.VARIABLES`, shape (n, len(variables)).
 
     Rotational energy and works are over the kinetic energy before the impact.
     """
@@ -43,7 +47,7 @@ def simulated_channels(
 ) -> FloatArray:
     """Compute channels of `sampler.formats.channels.CHANNELS`, shape (n, len(channels)).
 
-    The generator spreads the numbers of collisions over [N, N + 1).
+    The numbers of collisions N are spread over [N, N + 1) by ``rng``.
     """
     state = _with_less_energy(simulation.state)
     columns = dict(zip(CHANNELS, to_channels(state).T, strict=False))
@@ -55,7 +59,7 @@ def simulated_channels(
     for name in columns.keys() & _KEPT.keys():
         columns[name] = np.clip(columns[name], *_KEPT[name])
     if "collisions" in channels:
-        # away from both ends, to which single precision would round
+        # away from both ends of [N, N + 1), to which single precision would round
         columns["collisions"] = simulation.collisions + rng.uniform(0.01, 0.99, len(state))
     return np.column_stack([columns[name] for name in channels])
 

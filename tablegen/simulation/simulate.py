@@ -1,4 +1,7 @@
-"""Direct simulation of rebounds at one impact condition, on many threads with one result."""
+"""Direct simulation of many rebounds at one impact condition.
+
+Results do not depend on the number of threads.
+"""
 
 import math
 from collections.abc import Sequence
@@ -19,49 +22,64 @@ from tablegen.model import model_bounds as bounds
 from tablegen.model.audit import AUDIT_SIZE
 from tablegen.model.elementary import cosine_and_sine
 from tablegen.model.float_array import FloatArray
-from tablegen.model.impacts import Condition, impact_condition, one_row
+from tablegen.model.impacts import Condition, condition_row, impact_condition
 from tablegen.model.particle_run import simulate_audited, simulate_batch
 from tablegen.model.random_particles import keys_of_run
 from tablegen.parallel import in_slices
 from tablegen.progress import bar
 from tablegen.simulation.failures import first_not_finite, unfinished_error
 
-#: Default resolution of sustained contact and truncation of the flight series; see
-#: tests/benchmarks/bench_error.py for their costs and errors.
+#: Default resolution of sustained contact, and truncation of the flight series.
+#: tests/benchmarks/bench_error.py measures their costs and errors.
 CONTACT_RESOLUTION = 1e-3
 TOLERANCE = 1e-10
 
-#: How far an angle may leave its bounds by conversion to radians and back.
+#: Relative error of an angle by conversion to radians and back.
 _ROUNDING = 1e-15
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """Rebounds of n particles at one impact condition."""
+    """Rebounds of n particles at one impact condition.
 
-    #: (n, 6): u, v, w over V and omega_x, omega_y, omega_z times a / V, in the wall frame. Angular
-    #: velocities are means over the free tumbling, or those of the departure on request.
+    Attributes
+    ----------
+    state : float64 array, shape (n, 6)
+        The variables u, v, w over V and omega_x, omega_y, omega_z times a / V, in wall axes.
+        Angular velocities are means over the free tumbling, or those of the departure if `simulate`
+        was asked for them.
+    collisions : int64 array, shape (n,)
+        Number of collisions of each rebound.
+    shape : int64 array, shape (n,)
+        Shape codes: 0 ellipsoid, 1 prism, 2 truncated prism, 3 tetrahedron, 4 sphere, 5 mesh.
+    mesh : int64 array, shape (n,)
+        Number of the mesh in the population, from 0; -1 for other shapes.
+    aspect : float64 array, shape (n, 2)
+        The ratios b / a and c / b.
+    energy : float64 array, shape (n, 2)
+        Translational and rotational energy after the rebound, over the kinetic energy before.
+    work : float64 array, shape (n, 2)
+        Energy lost to the normal and to the tangential impulses of all collisions, over the kinetic
+        energy before. The four numbers of `energy` and `work` add up to one, within the tolerance
+        of the flights.
+    inertia : float64 array, shape (n,)
+        Inertia about the spin after the rebound, over m a^2; 0 without spin.
+    audit : float64 array, shape (7,) or (0,)
+        Largest violation of each law (`tablegen.model.audit`), or empty if nothing was audited.
+    """
+
     state: NDArray[np.float64]
-    #: (n,): number of collisions of each rebound.
     collisions: NDArray[np.int64]
-    #: (n,): codes of `sampler.formats.shape_codes.SHAPE_CODES`.
     shape: NDArray[np.int64]
-    #: (n,): numbers of meshes in the population, from 0; -1 for other shapes.
     mesh: NDArray[np.int64]
-    #: (n, 2): b / a and c / b.
     aspect: NDArray[np.float64]
-    #: (n, 2): translational and rotational energy over the kinetic energy before the impact.
     energy: NDArray[np.float64]
-    #: (n, 2): energy lost to the normal and to the tangential impulses of all collisions, over the
-    #: kinetic energy before. With `energy` it adds up to one, within the tolerance of the flights.
     work: NDArray[np.float64]
-    #: (n,): inertia about the spin after the rebound, over m a^2; 0 without spin.
     inertia: NDArray[np.float64]
-    #: (7,), or empty: largest violation of each law (`tablegen.model.audit`).
     audit: NDArray[np.float64]
 
     @classmethod
-    def of_arrays(
+    def from_arrays(
         cls,
         state: FloatArray,
         collisions: NDArray[np.int64],
@@ -70,7 +88,7 @@ class Simulation:
         inertia: FloatArray,
         audit: FloatArray,
     ) -> "Simulation":
-        """Name the columns of arrays that the kernels wrote."""
+        """Make the record of the arrays that the kernels wrote."""
         code = kind[:, 0].astype(np.int64)
         return cls(
             state=state,
@@ -94,7 +112,7 @@ class NotFiniteError(RuntimeError):
 
 
 def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
-    """Return an impact angle [rad] within its bounds; raise InputError for others."""
+    """Return an impact angle [rad], at most pi / 2; raise `InputError` if it is out of bounds."""
     low, high = bounds.ALPHA_DEG.low, bounds.ALPHA_DEG.high
     degrees = math.degrees(bounds.as_number(alpha1))
     if low * (1.0 - _ROUNDING) <= degrees <= high * (1.0 + _ROUNDING):
@@ -103,7 +121,7 @@ def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
 
 
 def _check_spin(spin: Sequence[float], alpha1: float, sine: float) -> tuple[float, float, float]:
-    """Return the spin before an impact if it is within its bounds, else raise InputError."""
+    """Return the spin before an impact; raise `InputError` if it is out of bounds."""
     if np.shape(spin) != (3,):
         raise InputError(f"spin: got {bounds.as_text(spin)}, allowed: three numbers")
     x, y, z = (bounds.SPIN.checked("spin", part) for part in spin)
@@ -127,10 +145,9 @@ def make_condition(
 ) -> Condition:
     """Check an impact condition and convert it to the form that kernels take.
 
-    Arguments are those of `simulate` and fields of `tablegen.model.impacts.Condition`, whose
-    ``instant`` is given by ``omega``, "mean" or "departure". Of an inertia the nearest counts that
-    a particle can turn with. Raises `InputError` beyond the
-    bounds in `tablegen.model.model_bounds`; a spin is up to 5e5 sin(alpha1).
+    The arguments are those of `simulate`, with the smallest rebound speed of a contact over V and
+    the truncation of the flight series. Raises `InputError` for an argument outside of the bounds
+    in `tablegen.model.model_bounds`; a spin may be up to 5e5 sin(alpha1).
     """
     alpha1 = check_impact_angle(alpha1)
     speed = bounds.SPEED.checked("speed", speed)
@@ -164,10 +181,10 @@ def simulate_condition(
     progress: bool = False,
     audited: bool = False,
 ) -> Simulation:
-    """Simulate rebounds as `simulate`, without a configuration.
+    """Simulate rebounds as `simulate` does, without a configuration.
 
-    The condition comes from `make_condition`. An audited run checks every collision and flight
-    against its laws and takes about twice as long.
+    The condition comes from `make_condition`. An audited run checks each collision and flight
+    against its laws, and takes about twice as long.
     """
     workers = check_run(count, seed, stream, threads)
     state, collisions = np.empty((count, 6)), np.empty(count, dtype=np.int64)
@@ -175,7 +192,7 @@ def simulate_condition(
     kind, energies, inertia = np.empty((count, 3)), np.empty((count, 4)), np.empty(count)
     audit = np.zeros(AUDIT_SIZE if audited else 0)
     law = pair.kernel_arguments(population.only_spheres)
-    model = law, population.kernel_arguments(), one_row(condition)
+    model = law, population.kernel_arguments(), condition_row(condition)
 
     def work(part: slice) -> NDArray[np.float64]:
         n, violations = part.stop - part.start, np.zeros(audit.size)
@@ -193,7 +210,7 @@ def simulate_condition(
         for part, violations in in_slices(work, count, workers):
             np.maximum(audit, violations, out=audit)
             counted.update(part.stop - part.start)
-    result = Simulation.of_arrays(state, collisions, kind, energies, inertia, audit)
+    result = Simulation.from_arrays(state, collisions, kind, energies, inertia, audit)
     bad = first_not_finite(state, energies)
     if bad >= 0:
         raise NotFiniteError(bad, seed, stream, result)
@@ -217,43 +234,80 @@ def simulate(
 ) -> Simulation:
     """Simulate the rebounds of random particles at one impact condition.
 
-    Laws, particles and numerical parameters are those of the configuration.
+    Shapes, ratios and orientations of the particles are random. The laws of contact, the population
+    and the numerical parameters are those of the configuration.
 
     Parameters
     ----------
     config : Config
-        From `tablegen.load_config`.
+        Configuration, from `tablegen.load_config`.
     alpha1 : float
-        Impact angle [rad] from the wall, from 1e-6 degrees to pi/2.
+        Impact angle from the wall [rad], from 1e-6 degrees to pi / 2.
     speed : float
-        Impact speed V [m/s], 1e-6 to 1e5.
+        Impact speed V [m/s], from 1e-6 to 1e5.
     count : int
-        Number of particles, positive.
+        Number of particles, 1 or more.
     seed : int
-        0 to 2**64 - 1. Particle i is the same for any count and any number of threads.
-    spin : three floats
-        Mean angular velocity before the impact times a / V, wall axes, each up to 1e3.
-    inertia : float
-        That about the spin before the impact over m a^2, up to 2: the nearest that a particle can
-        turn with. 0: not known; the orientation at the impact is then uniform.
-    omega : "mean" or "departure"
-        Angular velocities of the result: means over the free tumbling, or those of the departure.
+        Seed of the random numbers, 0 to 2**64 - 1.
+    spin : sequence of three floats, optional
+        Mean angular velocity before the impact times a / V, in wall axes, each of at most 1e3. By
+        default the particles do not spin.
+    inertia : float, optional
+        Inertia about the spin before the impact, over m a^2, from 0 to 2. A particle that cannot
+        turn with it gets the nearest inertia with which it can. With 0, the default, the inertia is
+        not known, and the orientation at the impact is uniform.
+    omega : {"mean", "departure"}, optional
+        Angular velocities of the result: means over the free tumbling after the rebound, or those
+        at the instant of departure, as in the paper.
     population : Population, optional
-        Other particles than the configuration's, for example
+        Other particles than those of the configuration, for example
         ``config.population.restricted_to("sphere")``.
-    stream : int
-        0 to 2**32 - 1; keeps conditions that share a seed independent.
+    stream : int, optional
+        Number from 0 to 2**32 - 1. Simulations with the same seed and different streams are
+        independent.
     threads : int, optional
-        Default: one a processor.
-    progress : bool
-        Show a progress bar on standard error.
+        Number of threads. By default one for each processor.
+    progress : bool, optional
+        Whether to show a progress bar on standard error.
+
+    Returns
+    -------
+    Simulation
+        States, collisions, grains, energies and works of the particles.
 
     Raises
     ------
     InputError
         If an argument is out of range.
     RuntimeError
-        If a particle is still in contact after 10**8 collisions, or is not finite.
+        If a particle is still in contact after 10**8 collisions, or if its state is not finite.
+
+    Notes
+    -----
+    Particle i is a function of the seed, the stream and i. It does not depend on ``count`` or
+    ``threads``.
+
+    The model is that of Panfilov & Tsirkunov, Technical Physics 2022. `tablegen.model` says which
+    file has which equation.
+
+    Examples
+    --------
+    The mean normal velocity after an impact at 45 degrees and 200 m/s, over V:
+
+    >>> import numpy as np
+    >>> from tablegen import load_config, simulate
+    >>> config = load_config("corundum-steel")
+    >>> rebounds = simulate(config, np.radians(45.0), 200.0, 10_000, seed=1)
+    >>> rebounds.state.shape
+    (10000, 6)
+    >>> print(f"{rebounds.state[:, 1].mean():.2f}")
+    0.22
+
+    Energy that the rebounds keep, and energy that the impulses take, add up to one:
+
+    >>> total = rebounds.energy.sum(axis=1) + rebounds.work.sum(axis=1)
+    >>> np.allclose(total, 1.0)
+    True
     """
     numerics = config.model.contact_resolution, config.model.tolerance
     return simulate_condition(

@@ -4,9 +4,9 @@ import numpy as np
 from reference_model import Law, Setup, rebounds
 
 from tablegen.config.config import load_config
-from tablegen.model.impacts import one_row
+from tablegen.model.impacts import condition_row
 from tablegen.model.random_particles import draw_particles, keys_of_run
-from tablegen.model.rebound import HEIGHT, MOTION_SIZE, approach
+from tablegen.model.rebound import HEIGHT, MOTION_SIZE, place_before_impact
 from tablegen.model.shapes import MAX_VERTICES, NO_MAP, shaped_body
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
@@ -24,7 +24,7 @@ def random_particles(population, condition, count, seed):
     """
     axes, kind = np.empty((count, 6)), np.empty((count, 3))
     keys = keys_of_run(seed, 0, 0, count)
-    draw_particles(population.kernel_arguments(), one_row(condition), keys, axes, kind)
+    draw_particles(population.kernel_arguments(), condition_row(condition), keys, axes, kind)
     normal, axis = axes[:, :3], axes[:, 3:]
     rotations = np.stack([axis, normal, np.cross(axis, normal)], axis=1)
     codes, ratios = kind[:, 0].astype(np.int64), kind[:, 1:].copy()
@@ -33,7 +33,7 @@ def random_particles(population, condition, count, seed):
         storage = np.empty((MAX_VERTICES, 3)), np.zeros(1, dtype=np.int64), NO_MAP
         body = shaped_body(codes[k], ratios[k, 0], ratios[k].prod(), TRUNCATION, *storage)
         motion[3:9] = axes[k]
-        approach(condition, body, motion)
+        place_before_impact(condition, body, motion)
         # without spin a fall from any height is the same
         heights[k] = motion[HEIGHT] if any(condition.spin) else body.bounding_radius
     return codes, ratios, rotations, heights

@@ -84,7 +84,7 @@ def test_a_mesh_is_simulated(simulated, tmp_path):
         assert ("convex hull" in note) == ("convex hull" in result.err)
         assert "particles: 100 % mesh.stl" in result.err
         assert set(result.shape) == {5}
-        expected = rebounds(POPULATION.of_mesh(read_mesh(path)), 300, seed=1)
+        expected = rebounds(POPULATION.with_mesh(read_mesh(path)), 300, seed=1)
         np.testing.assert_array_equal(result.state, expected.state)
 
 

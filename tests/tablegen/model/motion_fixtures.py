@@ -20,13 +20,13 @@ from tablegen.model.jit import kernel
 from tablegen.model.rebound import (
     LEFT,
     MOTION_SIZE,
-    approach,
     departing_spin,
+    place_before_impact,
     rebound,
     rotational_energy,
     workspace,
 )
-from tablegen.model.rotation import ORDER, evaluate, expand, series_span
+from tablegen.model.rotation import ORDER, advance_motion, expand_motion, series_span
 from tablegen.model.shapes import MAX_VERTICES, NO_MAP, SHAPE_CODES, shaped_body
 
 # called from Python here
@@ -105,9 +105,9 @@ def fly(moments, motion, duration, tolerance=1e-10, longest=np.inf):
     series = np.empty((9, ORDER + 1))
     left = duration
     while left > 0.0:
-        expand(moments, motion, series)
+        expand_motion(moments, motion, series)
         step = min(left, series_span(series, tolerance), longest)
-        evaluate(moments, series, step, motion)
+        advance_motion(moments, series, step, motion)
         left -= step
 
 
@@ -125,7 +125,7 @@ def run_rebound(condition, body, rotation, law=LAW):
     """Follow one particle with a given orientation; audited."""
     motion = motion_of(rotation)
     audit = np.zeros(AUDIT_SIZE)
-    approach(condition, body, motion)
+    place_before_impact(condition, body, motion)
     status, collisions, _ = rebound(law, condition, body, motion, workspace(), audit)
     assert status == LEFT
     energy = 0.5 * np.sum(motion[9:12] ** 2) + rotational_energy(body.moments, motion)

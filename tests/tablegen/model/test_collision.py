@@ -8,7 +8,7 @@ import reference_model as reference
 from motion_fixtures import LAW, motion_of, random_rotations
 
 from tablegen.model.collision import positive_root
-from tablegen.model.rebound import collide
+from tablegen.model.rebound import apply_collision
 from tablegen.model.rotation import ORDER
 
 SPEED = 200.0
@@ -98,7 +98,7 @@ def collide_all(impacts, resolution):
         motion = motion_of(impacts.rotation[i], impacts.spin[i], impacts.velocity[i])
         before, point = motion.copy(), impacts.point[i].copy()
         moments = tuple(impacts.moments[i].tolist())
-        collide(LAW, SPEED, resolution, moments, point, motion, series)
+        apply_collision(LAW, SPEED, resolution, moments, point, motion, series)
         moved[i] = motion[9:12] - before[9:12]
     return moved
 

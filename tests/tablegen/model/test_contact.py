@@ -7,7 +7,7 @@ from motion_fixtures import NON_SPHERICAL, body_of, motion_of, random_aspect, ra
 from scipy.optimize import brentq
 
 from tablegen.model.contact import contact_point
-from tablegen.model.rebound import CLEARANCE, HEIGHT, V, next_contact
+from tablegen.model.rebound import CLEARANCE, HEIGHT, V, fly_to_contact
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import support_depth
 
@@ -82,7 +82,7 @@ def touches_like_dense_search(body, motion, duration):
     expected = flight.first_contact(times)
     before = motion.copy()
     top = body.bounding_radius + CLEARANCE
-    touches = next_contact(body, top, 1e-12, motion, np.empty((9, ORDER + 1)))
+    touches = fly_to_contact(body, top, 1e-12, motion, np.empty((9, ORDER + 1)))
     if not touches:
         assert expected is None
         assert motion[V] > 0.0

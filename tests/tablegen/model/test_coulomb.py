@@ -10,7 +10,13 @@ from test_collision import mobility_tuple, random_impacts
 
 from tablegen import DirectModel
 from tablegen.config.pairs import MaterialPair
-from tablegen.model.audit import AUDIT_SIZE, NORMAL, TANGENTIAL, audit_collision, followed
+from tablegen.model.audit import (
+    AUDIT_SIZE,
+    NORMAL,
+    TANGENTIAL,
+    audit_collision,
+    state_after_impulse,
+)
 from tablegen.model.coulomb import PIECE_ALARM, Ending, coulomb_impulse
 from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.model.rotation import ORDER
@@ -55,7 +61,7 @@ def miss_of_small_steps(matrix, velocity, static, friction, e, resolution):
     made, taken = collision(matrix, velocity, friction, e, resolution, static)
     assert energy_gained(matrix, velocity, made) <= 1e-13
     given = mobility_tuple(matrix), tuple(map(float, velocity)), made[1]
-    *after, work, least = followed(static, friction, *given)
+    *after, work, least = state_after_impulse(static, friction, *given)
     found = velocity + matrix @ made
     # the collision ends with its share of the work, at the resolution, or elastically
     end = min(abs(work - (1.0 - e * e) * least), abs(found[1] - resolution), abs(work))

@@ -5,7 +5,7 @@ import pytest
 from crowds import CROWD
 from motion_fixtures import ALLOWED, PAIR
 
-from tablegen.model.impacts import one_row
+from tablegen.model.impacts import condition_row
 from tablegen.model.random_particles import ParticleKeys, draw_grain, draw_particles
 from tablegen.model.simd import WIDTH
 from tablegen.simulation.simulate import make_condition, simulate_condition
@@ -44,7 +44,9 @@ def test_draws_in_lanes_are_those_of_one_particle():
     hit, grain = np.arange(1001, dtype=np.uint32) % 3, np.ones(1, dtype=np.uint32)
     keys = ParticleKeys(np.uint64(2**63 + 5), index, hit, grain)
     axes, kind = np.empty((1001, 6)), np.empty((1001, 3))
-    conditions = np.repeat(one_row(make_condition(0.5, 200.0, SPINS[1], inertia=0.3)), 1001, axis=0)
+    conditions = np.repeat(
+        condition_row(make_condition(0.5, 200.0, SPINS[1], inertia=0.3)), 1001, axis=0
+    )
     conditions[::2, 3:6] = 0.0
     draw_particles(population_args, conditions, keys, axes, kind)
     for i in range(len(axes)):

@@ -31,7 +31,15 @@ from tablegen.model.audit import (
 from tablegen.model.contact import contact_point
 from tablegen.model.jit import kernel
 from tablegen.model.reach import MARGIN
-from tablegen.model.rebound import HEIGHT, U, V, approach, collide, rebound, workspace
+from tablegen.model.rebound import (
+    HEIGHT,
+    U,
+    V,
+    apply_collision,
+    place_before_impact,
+    rebound,
+    workspace,
+)
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import support_depth
 from tablegen.simulation.simulate import CONTACT_RESOLUTION, make_condition, simulate_condition
@@ -79,7 +87,7 @@ def collision():
     point = np.empty(3)
     contact_point(body, before, before[HEIGHT], before[V], point)
     after = before.copy()
-    collide(LAW, 200.0, CONTACT_RESOLUTION, body.moments, point, after, SERIES)
+    apply_collision(LAW, 200.0, CONTACT_RESOLUTION, body.moments, point, after, SERIES)
     return body, point, before, after
 
 
@@ -135,7 +143,7 @@ def test_audit_reports_a_start_inside_the_wall():
     motion = motion_of(random_rotations(np.random.default_rng(43), 1)[0])
     audit = np.zeros(AUDIT_SIZE)
     condition = make_condition(0.5, 200.0)
-    approach(condition, body, motion)
+    place_before_impact(condition, body, motion)
     motion[HEIGHT] -= 1e-6
     rebound(LAW, condition, body, motion, workspace(), audit)
     assert audit[PENETRATION] == pytest.approx(1e-6, rel=1e-6)
@@ -176,11 +184,11 @@ def test_a_particle_without_spin_starts_at_its_contact_and_another_within_its_bo
     body = body_of("prism", 0.7, 0.5)
     motion = motion_of(random_rotations(np.random.default_rng(48), 1)[0])
     rotation = rotation_of(motion)
-    approach(make_condition(0.3, 200.0), body, motion)
+    place_before_impact(make_condition(0.3, 200.0), body, motion)
     assert motion[HEIGHT] == support_depth(body, *motion[3:6])
     np.testing.assert_array_equal(motion[0:3], 0.0)
     np.testing.assert_allclose(motion[9:12], [np.cos(0.3), -np.sin(0.3), 0.0], rtol=1e-15)
-    approach(make_condition(0.3, 200.0, (1.0, 2.0, 3.0)), body, motion)
+    place_before_impact(make_condition(0.3, 200.0, (1.0, 2.0, 3.0)), body, motion)
     assert support_depth(body, *motion[3:6]) < motion[HEIGHT] <= body.bounding_radius + MARGIN
     np.testing.assert_array_equal(rotation_of(motion), rotation)
 
@@ -188,7 +196,7 @@ def test_a_particle_without_spin_starts_at_its_contact_and_another_within_its_bo
 def test_the_mean_spin_before_a_rebound_is_2t_over_l2_times_l():
     body = body_of("prism", 0.7, 0.5)
     motion = motion_of(random_rotations(np.random.default_rng(49), 1)[0])
-    approach(make_condition(0.3, 200.0, (1.0, 2.0, 3.0)), body, motion)
+    place_before_impact(make_condition(0.3, 200.0, (1.0, 2.0, 3.0)), body, motion)
     momentum = angular_momentum_of(body.moments, motion)
     mean = 2.0 * energy_of(body.moments, motion) / (momentum @ momentum) * momentum
     np.testing.assert_allclose(mean, [1.0, 2.0, 3.0], rtol=1e-14)

@@ -16,8 +16,8 @@ from scipy.stats import kstest
 
 from tablegen.model.rotation import (
     ORDER,
-    evaluate,
-    expand,
+    advance_motion,
+    expand_motion,
     rate_bounds,
     series_span,
     set_orientation,
@@ -117,9 +117,9 @@ def test_axis_is_found_with_and_without_horizontal_momentum(tilt):
         momentum = np.cos(tilt) * motion[3:6] + np.sin(tilt) * motion[6:9]
         motion[0:3] = momentum / moments
         series = np.empty((9, ORDER + 1))
-        expand(moments, motion, series)
+        expand_motion(moments, motion, series)
         span = min(series_span(series, 1e-12), 0.5)
         exact = FreeRotation(moments, motion, span)
-        evaluate(moments, series, span, motion)
+        advance_motion(moments, series, span, motion)
         np.testing.assert_allclose(motion[3:6], exact.rotation([span])[0, 1], atol=1e-11)
         np.testing.assert_allclose(motion[6:9], exact.rotation([span])[0, 0], atol=1e-11)

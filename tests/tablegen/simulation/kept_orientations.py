@@ -14,12 +14,12 @@ from tablegen.model.rebound import (
     U,
     V,
     W,
-    approach,
     departing_spin,
+    place_before_impact,
     rebound,
     workspace,
 )
-from tablegen.model.rotation import ORDER, evaluate, expand, series_span
+from tablegen.model.rotation import ORDER, advance_motion, expand_motion, series_span
 
 #: Speed before each hit [m/s], and angle of the first [rad].
 SPEED, FIRST = 50.0, np.radians(14.0)
@@ -39,9 +39,9 @@ def tumble(moments, motion, angle):
     series = np.empty((9, ORDER + 1))
     left = angle / np.sqrt(motion[0] ** 2 + motion[1] ** 2 + motion[2] ** 2)
     while left > 0.0:
-        expand(moments, motion, series)
+        expand_motion(moments, motion, series)
         step = min(left, series_span(series, 1e-10))
-        evaluate(moments, series, step, motion)
+        advance_motion(moments, series, step, motion)
         left -= step
 
 
@@ -75,7 +75,7 @@ def kept_chain(law, body, numerics, motion, angles, energies):
         in_wall = dot(spin, frame[0]), dot(spin, frame[1]), dot(spin, frame[2])
         cosine = dot(velocity, frame[0])
         condition = impact_condition(cosine, sine, SPEED, in_wall, 0.0, numerics)
-        approach(condition, body, motion)
+        place_before_impact(condition, body, motion)
         status, _, _ = rebound(law, condition, body, motion, workspace(), np.zeros(0))
         if status != LEFT:
             return False

@@ -1,0 +1,20 @@
+"""Examples in docstrings of public functions run, and print what they show."""
+
+import doctest
+import importlib
+
+import pytest
+
+MODULES = [
+    "tablegen",
+    "tablegen.config.config",
+    "tablegen.simulation.direct",
+    "tablegen.simulation.simulate",
+]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_run(name):
+    failed, attempted = doctest.testmod(importlib.import_module(name))
+    assert failed == 0
+    assert attempted > 0
