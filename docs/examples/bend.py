@@ -7,13 +7,13 @@ Schiller and Naumann; the torque of the gas, which slows spins down, is that on 
 erosion start from these numbers.
 """
 
-import argparse
 import math
 import warnings
 from collections import namedtuple
 
 import matplotlib.pyplot as plt
 import numpy as np
+from command_line import Parser, length, output_file, table_with_spin, whole_number
 from cylinders import spin_after
 from tqdm import tqdm
 from wall_laws import LOOKS, model_laws
@@ -175,15 +175,28 @@ def print_wall(walls):
 
 def main(arguments=None):
     """Run the bend with each model, and print and draw what hits its outer wall."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
-    parser.add_argument("--diameter", type=float, default=30e-6, metavar="M", help="of particles")
-    parser.add_argument("--count", type=int, default=10_000, help="particles of each model")
-    parser.add_argument("--figure", metavar="F.png")
+    parser = Parser(__file__, __doc__)
+    parser.add_argument(
+        "--table",
+        type=table_with_spin,
+        default="corundum-steel",
+        metavar="TABLE",
+        help="name, or path of a .h5 file",
+    )
+    parser.add_argument(
+        "--diameter", type=length, default=30e-6, metavar="M", help="of the particles, m"
+    )
+    parser.add_argument(
+        "--count",
+        type=whole_number(GROUPS),
+        default=10_000,
+        metavar="N",
+        help="number of particles under each model",
+    )
+    parser.add_argument("--figure", type=output_file, metavar="F.png", help="picture to write")
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
-    table = sampler.load(args.table)
-    models = model_laws(table, tablegen.parse_config(table.config, args.table))
+    models = model_laws(args.table, tablegen.parse_config(args.table.config, "--table"))
     whole, cells, edges = {}, {}, TURN / 12 * np.arange(23)  # 12 cells in the bend, 10 behind it
     for number, (name, law) in enumerate(models.items()):
         impacts = follow(law, (SPEED, args.diameter), args.count, seed=1000 + number)

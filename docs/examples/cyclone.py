@@ -28,19 +28,17 @@ volume. Each grain stands for the same mass, with as much mass in each class of 
 that means over grains are means over mass.
 """
 
-import argparse
 import itertools
 import json
 import math
-import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import numba
 import numpy as np
+from command_line import Parser, output_file, table_with_spin, whole_number
 from tqdm import tqdm
 from wall_laws import LOOKS
 from wear import oka
@@ -483,67 +481,44 @@ def draw(results):
     return figure
 
 
-class OneLineParser(argparse.ArgumentParser):
-    """A parser whose errors are one line."""
-
-    def error(self, message):
-        """End with status 2."""
-        print(f"{self.prog}: {message}", file=sys.stderr)
-        sys.exit(2)
-
-
-def whole_number(least, most):
-    """Make a parser of whole numbers in a range."""
-
-    def parse(text):
-        if not text.isdecimal() or not least <= int(text) <= most:
-            allowed = f"whole numbers from {least} to {most}"
-            raise argparse.ArgumentTypeError(f"got {text}, allowed: {allowed}")
-        return int(text)
-
-    return parse
-
-
-def read_arguments(arguments):
-    """Parse the command line, load the tables, and return both."""
-    parser = OneLineParser(description=__doc__.splitlines()[0], prog="cyclone.py")
-    parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
-    parser.add_argument("--compact", default="corundum-steel-compact", help="another table")
-    parser.add_argument(
-        "--grains", type=whole_number(1, 10**8), default=10_000, help="under each law"
-    )
-    parser.add_argument(
-        "--seed", type=whole_number(0, 2**32 - 1), default=1, help="of all random numbers"
-    )
-    parser.add_argument("--laws", nargs="+", choices=tuple(LOOKS)[:4], metavar="LAW")
-    parser.add_argument("--picture", type=Path, metavar="F.png")
-    parser.add_argument("--json", type=Path, metavar="F.json", help="for every number")
-    args = parser.parse_args(arguments)
-    for name, path in (("--picture", args.picture), ("--json", args.json)):
-        if path and not path.absolute().parent.is_dir():
-            parser.error(f"argument {name}: no folder {path.absolute().parent}")
-    tables = []
-    for name, text in (("--table", args.table), ("--compact", args.compact)):
-        try:
-            table = sampler.load(text)
-        except (sampler.InputError, OSError) as error:
-            parser.error(f"argument {name}: {error}")
-        if not table.has_spin:
-            parser.error(f"argument {name}: {text} has no spin law")
-        tables.append(table)
-    return args, *tables
-
-
 def main(arguments=None):
     """Follow the grains under each law; print, draw and write what becomes of them."""
-    args, table, compact = read_arguments(arguments)
+    parser = Parser(__file__, __doc__)
+    parser.add_argument(
+        "--table",
+        type=table_with_spin,
+        default="corundum-steel",
+        metavar="TABLE",
+        help="name, or path of a .h5 file",
+    )
+    parser.add_argument(
+        "--compact",
+        type=table_with_spin,
+        default="corundum-steel-compact",
+        metavar="TABLE",
+        help="another table",
+    )
+    parser.add_argument(
+        "--grains",
+        type=whole_number(1),
+        default=10_000,
+        metavar="N",
+        help="number of grains under each law",
+    )
+    parser.add_argument(
+        "--seed", type=whole_number(0), default=1, metavar="N", help="of the random numbers"
+    )
+    parser.add_argument("--laws", nargs="+", choices=tuple(LOOKS)[:4], metavar="LAW")
+    parser.add_argument("--picture", type=output_file, metavar="F.png")
+    parser.add_argument("--json", type=output_file, metavar="F.json", help="for every number")
+    args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
-    model = tablegen.DirectModel(tablegen.parse_config(table.config, args.table))
+    model = tablegen.DirectModel(tablegen.parse_config(args.table.config, "--table"))
     laws = {
         DIRECT: model.rebound,
-        TABLE: table.rebound,
-        COMPACT: compact.rebound,
-        WITHOUT_SPIN: without_spin(table),
+        TABLE: args.table.rebound,
+        COMPACT: args.compact.rebound,
+        WITHOUT_SPIN: without_spin(args.table),
     }
     laws = {name: law for name, law in laws.items() if not args.laws or name in args.laws}
     # independent grains under each law, so that standard errors of differences are right

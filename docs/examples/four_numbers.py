@@ -8,11 +8,9 @@ about. The figure has three orientations of the grain about the same spin, and b
 translation that a hit keeps: of draws from a table, and of direct simulation.
 """
 
-import argparse
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 import numpy as np
+from command_line import Parser, output_file, table_with_spin, whole_number
 
 import sampler
 import tablegen
@@ -82,27 +80,35 @@ def draw(figure, inertias, table, direct):
     axes.legend()
 
 
-def main():
+def main(arguments=None):
     """Sample both laws at inertias between the moments of the grain; print and draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--table", default="corundum-steel", help="name or path of a table")
-    parser.add_argument("--count", type=int, default=40_000, help="rebounds at each inertia")
-    parser.add_argument("--figure", help="picture to write")
-    args = parser.parse_args()
-    if args.count < 2:
-        parser.error(f"--count: got {args.count}, allowed: 2 or more")
-    if args.figure and not Path(args.figure).absolute().parent.is_dir():
-        parser.error(f"--figure: got {args.figure}, allowed: a file in a folder that exists")
+    parser = Parser(__file__, __doc__)
+    parser.add_argument(
+        "--table",
+        type=table_with_spin,
+        default="corundum-steel",
+        metavar="TABLE",
+        help="name, or path of a .h5 file",
+    )
+    parser.add_argument(
+        "--count",
+        type=whole_number(2),
+        default=40_000,
+        metavar="N",
+        help="number of rebounds at each inertia",
+    )
+    parser.add_argument("--figure", type=output_file, metavar="F.png", help="picture to write")
+    args = parser.parse_args(arguments)
     model = tablegen.DirectModel(tablegen.load_config("corundum-steel"))
     inertias = np.linspace(*moments()[[0, 2]], POINTS)
-    try:  # a table that is missing, has no spin law, or has no ellipsoids
-        drawn = energy_kept(sampler.load(args.table), inertias, args.count, 1)
-    except sampler.InputError as error:
-        parser.error(f"--table: {error}")
+    try:
+        drawn = energy_kept(args.table, inertias, args.count, 1)
+    except sampler.InputError as error:  # a table without ellipsoids
+        parser.error(f"argument --table: {error}")
     direct = energy_kept(model, inertias, args.count, 2)
     print("| inertia k | table | direct | error of each |\n|---|---|---|---|")
-    for inertia, of_table, of_model, error in zip(inertias, drawn[0], *direct, strict=True):
-        print(f"| {inertia:.3f} | {of_table:.4f} | {of_model:.4f} | {error:.4f} |")
+    for inertia, table_value, direct_value, error in zip(inertias, drawn[0], *direct, strict=True):
+        print(f"| {inertia:.3f} | {table_value:.4f} | {direct_value:.4f} | {error:.4f} |")
     if args.figure:
         figure = plt.figure(figsize=(10.0, 3.6), layout="constrained")
         draw(figure, inertias, drawn, direct)

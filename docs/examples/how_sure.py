@@ -15,11 +15,10 @@ paper's table of collisions agrees better (`tablegen figures`). All results are 
 because a table of each law would take longer to make.
 """
 
-import argparse
-
 import cyclone
 import cylinders
 import numpy as np
+from command_line import Parser, pair, whole_number
 from tqdm import tqdm
 from wall_laws import direct_law, print_results
 
@@ -104,14 +103,24 @@ FLOWS = {
 
 def main(arguments=None):
     """Follow the grains under each law; print where they go."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = Parser(__file__, __doc__)
     parser.add_argument("--flow", choices=tuple(FLOWS), default="cylinders")
-    parser.add_argument("--pairs", nargs="+", metavar="PAIR", help="compare pairs, not laws")
-    parser.add_argument("--grains", type=int, default=50_000, help="under each law")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--pairs", type=pair, nargs="+", metavar="PAIR", help="compare pairs, not laws"
+    )
+    parser.add_argument(
+        "--grains",
+        type=whole_number(1),
+        default=50_000,
+        metavar="N",
+        help="number of grains under each law",
+    )
+    parser.add_argument(
+        "--seed", type=whole_number(0), default=1, metavar="N", help="of the random numbers"
+    )
     args = parser.parse_args(arguments)
     if args.pairs:
-        configurations = {name: tablegen.load_config(name) for name in args.pairs}
+        configurations = dict(args.pairs)
     else:
         configurations = varied_configurations(tablegen.load_config("corundum-steel"))
     follow, print_flow = FLOWS[args.flow]

@@ -8,12 +8,10 @@ the table without and with the spin of each parcel; the second reads the impacts
 to FOLDER/bend. `bend.py` is the same bend in Python, plane, in a gas that is known by formula.
 """
 
-import argparse
-from pathlib import Path
-
 import matplotlib.pyplot as plt
 import numpy as np
 from bend import GROUPS, INNER, OUTER, SPEED, TURN, Impacts, by_place, draw_wall, print_wall
+from command_line import Parser, folder, output_file
 from matplotlib.colors import LogNorm
 
 MODELS, WALLS = ("sphere", "table without spin", "table"), ("outer", "inner", "sides")
@@ -74,9 +72,9 @@ def read_impacts(case):
 
 def main(arguments=None):
     """Print what hits each wall, and draw the outer one."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path, help="of sampler/openfoam/bend.sh")
-    parser.add_argument("--figure", metavar="F.png")
+    parser = Parser(__file__, __doc__)
+    parser.add_argument("folder", type=folder, help="working folder of sampler/openfoam/bend.sh")
+    parser.add_argument("--figure", type=output_file, metavar="F.png", help="picture to write")
     args = parser.parse_args(arguments)
     edges = TURN / 12 * np.arange(23)
     across, outer = (np.linspace(-0.05, 0.45, 101), np.linspace(0.0, OUTER - INNER, 21)), {}

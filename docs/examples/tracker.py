@@ -1,102 +1,132 @@
-"""Grains of corundum in a channel with two plates.
+"""Follow grains of corundum, in air of 100 m/s, through a channel with two plates.
 
-A grain keeps its number, the number of walls that it has met, its spin, and the inertia about it.
+The gas exerts the drag of Stokes and a torque on them. A grain keeps its index, the number of walls
+that it has met, its spin, and the inertia about its spin. All quantities are in SI units.
 """
 
 import numpy as np
 
 import sampler
 
-# SI units: time step, gas, diameter, mass and largest half-size of a grain
-DT, GAS, DENSITY, VISCOSITY = 2e-5, np.array([100.0, 0.0, 0.0]), 1.2, 1.8e-5
-DIAMETER, MASS, HALF_SIZE = 60e-6, 4.5e-10, 0.63 * 60e-6
-DRAG = 9.42477796 * VISCOSITY * DIAMETER / MASS  # of Stokes, 1/s
+N_GRAINS = 2000
+SEED = 7
+TIME_STEP = 2e-5
+CHANNEL_LENGTH = 0.5
+CHANNEL_HEIGHT = 0.1
 
-# floor, roof, two sides of each plate: x, y of an end, the normal into the gas, the length
+GAS_VELOCITY = np.array([100.0, 0.0, 0.0])
+GAS_DENSITY = 1.2
+VISCOSITY = 1.8e-5
+
+DIAMETER = 60e-6  # of the sphere of equal volume
+MASS = 4.5e-10
+HALF_SIZE = 0.63 * DIAMETER  # what table.mean_half_size gives for this table
+DRAG_RATE = 3.0 * np.pi * VISCOSITY * DIAMETER / MASS
+
+# x, y of one end; x, y of the normal into the gas; length
 WALLS = [
-    (-9.0, 0.0, 0.0, 1.0, 18.0),
-    (9.0, 0.1, 0.0, -1.0, 18.0),
-    (0.1, 0.0, -0.8660254, 0.5, 0.07),
-    (0.135, 0.06062178, 0.8660254, -0.5, 0.07),
-    (0.235, 0.03937822, -0.8660254, -0.5, 0.07),
-    (0.2, 0.1, 0.8660254, 0.5, 0.07),
+    (-9.0, 0.0, 0.0, 1.0, 18.0),  # floor
+    (9.0, 0.1, 0.0, -1.0, 18.0),  # roof
+    (0.1, 0.0, -0.8660254, 0.5, 0.07),  # plate on the floor: front
+    (0.135, 0.06062178, 0.8660254, -0.5, 0.07),  # back
+    (0.235, 0.03937822, -0.8660254, -0.5, 0.07),  # plate on the roof: front
+    (0.2, 0.1, 0.8660254, 0.5, 0.07),  # back
 ]
 
 
-def walls_ahead(x, v):
-    """Return normals of the walls that the next step of grains crosses, zeros where none."""
-    normal = np.zeros_like(v)
-    for end_x, end_y, n_x, n_y, length in WALLS:
-        from_x, from_y = x[:, 0] - end_x, x[:, 1] - end_y
-        away = n_x * from_x + n_y * from_y
-        along = n_y * from_x - n_x * from_y
-        approach = -(n_x * v[:, 0] + n_y * v[:, 1])
-        near = (away >= 0.0) & (away < DT * approach) & (along > 0.0) & (along < length)
-        normal[near] = n_x, n_y, 0.0
-    return normal
+def find_walls_ahead(x, v):
+    """Return the normals of the walls that the next step of grains crosses, zeros for none."""
+    normals = np.zeros_like(v)
+    for end_x, end_y, normal_x, normal_y, length in WALLS:
+        from_end_x = x[:, 0] - end_x
+        from_end_y = x[:, 1] - end_y
+        distance = normal_x * from_end_x + normal_y * from_end_y
+        along = normal_y * from_end_x - normal_x * from_end_y
+        approach = -(normal_x * v[:, 0] + normal_y * v[:, 1])
+        crosses = (distance >= 0.0) & (distance < TIME_STEP * approach)
+        crosses &= (along > 0.0) & (along < length)
+        normals[crosses] = normal_x, normal_y, 0.0
+    return normals
 
 
-def resting_speeds(v, normal):
+def find_resting_speeds(v, normals):
     """Return the normal speeds below which grains rest.
 
-    The next hop would be lower than a hundredth of the diameter, since the gas presses the grain to
-    the wall.
+    Where the gas presses a grain to the wall, its next hop would be lower than a hundredth of its
+    diameter.
     """
-    pressure = -(normal * (GAS - v)).sum(axis=1) * DRAG  # acceleration towards the wall
-    return np.sqrt(2.0 * np.maximum(pressure, 0.0) * 0.01 * DIAMETER)
+    towards_wall = -DRAG_RATE * (normals * (GAS_VELOCITY - v)).sum(axis=1)  # acceleration
+    return np.sqrt(2.0 * np.maximum(towards_wall, 0.0) * 0.01 * DIAMETER)
 
 
-def slow_down(omega, inertia, flight):
-    """Return the spins that the torque of the gas leaves; one call for a whole flight is exact."""
-    moment = inertia * MASS * HALF_SIZE**2
-    spins = inertia > 0.0  # a grain that has met no wall does not spin
+def slow_down_spins(omega, inertia, flight):
+    """Return the spins that the torque of the gas leaves.
+
+    One call for the whole flight since the last wall is exact.
+    """
     after = omega.copy()
-    gas = DIAMETER, DENSITY, VISCOSITY
-    after[spins] = sampler.spin_after(omega[spins], flight[spins], moment[spins], *gas)
+    spins = inertia > 0.0  # before its first wall a grain does not spin
+    moment = inertia[spins] * MASS * HALF_SIZE**2
+    after[spins] = sampler.spin_after(
+        omega[spins], flight[spins], moment, DIAMETER, GAS_DENSITY, VISCOSITY
+    )
     return after
 
 
 def follow(table, n):
-    """Send n grains through.
+    """Follow n grains until they leave the channel or rest on a wall.
 
-    Returns how many pass, how many come back, how many walls they meet, and at the end of their
-    paths the sums of their squared velocities and of their spins.
+    Returns
+    -------
+    passed, back, hits : int
+        How many grains pass, how many come back, and how many walls they meet.
+    squared_velocity, spin : float
+        Sums of v^2 and of omega_z over the grains at the ends of their paths.
     """
-    x = np.stack([np.zeros(n), (np.arange(n) + 0.5) * 0.1 / n], axis=1)
-    v = np.tile(GAS, (n, 1))
-    omega, inertia = np.zeros((n, 3)), np.zeros(n)
+    x = np.stack([np.zeros(n), (np.arange(n) + 0.5) * CHANNEL_HEIGHT / n], axis=1)
+    v = np.tile(GAS_VELOCITY, (n, 1))
+    omega = np.zeros((n, 3))  # mean angular velocity
+    inertia = np.zeros(n)  # about it, over MASS HALF_SIZE^2; 0 is not known
     flight = np.zeros(n)  # time since the last wall
-    hit = np.zeros(n, dtype=int)
-    flying = np.arange(n)  # numbers of the grains in flight
+    hit = np.zeros(n, dtype=int)  # number of walls that a grain has met
+    flying = np.arange(n)  # indices of the grains in flight
     while flying.size:
-        v[flying] += (1.0 - np.exp(-DRAG * DT)) * (GAS - v[flying])
-        flight[flying] += DT
-        normal = walls_ahead(x[flying], v[flying])
-        at_wall = normal.any(axis=1)
-        x[flying[~at_wall]] += DT * v[flying[~at_wall], :2]
+        v[flying] += (1.0 - np.exp(-DRAG_RATE * TIME_STEP)) * (GAS_VELOCITY - v[flying])
+        flight[flying] += TIME_STEP
+        normals = find_walls_ahead(x[flying], v[flying])
+        is_at_wall = normals.any(axis=1)
+        free = flying[~is_at_wall]
+        x[free] += TIME_STEP * v[free, :2]
 
-        met, normal = flying[at_wall], normal[at_wall]
-        rests = sampler.deposits(v[met], normal, resting_speeds(v[met], normal))
-        flying = flying[~np.isin(flying, met[rests])]
-        met, normal = met[~rests], normal[~rests]
-        omega[met] = slow_down(omega[met], inertia[met], flight[met])
-        v[met], omega[met], inertia[met] = table.rebound(
-            v[met],
-            normal,
+        at_wall = flying[is_at_wall]
+        normals = normals[is_at_wall]
+        rests = sampler.deposits(v[at_wall], normals, find_resting_speeds(v[at_wall], normals))
+        flying = flying[~np.isin(flying, at_wall[rests])]
+        bounces = at_wall[~rests]
+        omega[bounces] = slow_down_spins(omega[bounces], inertia[bounces], flight[bounces])
+        v[bounces], omega[bounces], inertia[bounces] = table.rebound(
+            v[bounces],
+            normals[~rests],
             HALF_SIZE,
-            omega=omega[met],
-            inertia=inertia[met],
-            seed=7,
-            index=met,
-            hit=hit[met],
+            omega=omega[bounces],
+            inertia=inertia[bounces],
+            seed=SEED,
+            index=bounces,
+            hit=hit[bounces],
         )
-        hit[met] += 1
-        flight[met] = 0.0
-        flying = flying[(x[flying, 0] >= 0.0) & (x[flying, 0] < 0.5)]
-    omega = slow_down(omega, inertia, flight)
-    passed, back = (x[:, 0] >= 0.5).sum(), (x[:, 0] < 0.0).sum()
+        hit[bounces] += 1
+        flight[bounces] = 0.0
+        flying = flying[(x[flying, 0] >= 0.0) & (x[flying, 0] < CHANNEL_LENGTH)]
+    omega = slow_down_spins(omega, inertia, flight)
+    passed = (x[:, 0] >= CHANNEL_LENGTH).sum()
+    back = (x[:, 0] < 0.0).sum()
     return passed, back, hit.sum(), (v**2).sum(), omega[:, 2].sum()
 
 
 if __name__ == "__main__":
-    print(*follow(sampler.load("corundum-steel"), 2000))
+    passed, back, hits, squared_velocity, spin = follow(sampler.load("corundum-steel"), N_GRAINS)
+    print("grains that pass:     ", passed)
+    print("grains that come back:", back)
+    print("hits of walls:        ", hits)
+    print("sum of v^2, m2/s2:    ", squared_velocity)
+    print("sum of omega_z, rad/s:", spin)

@@ -1,6 +1,7 @@
-"""Grains of corundum in a channel with two plates.
+"""Follow grains of corundum through a channel with two plates, in compiled code.
 
-A grain keeps its number, the number of walls that it has met, its spin, and the inertia about it.
+The gas exerts the drag of Stokes and a torque on them. A grain keeps its index, the number of walls
+that it has met, its spin, and the inertia about its spin. All quantities are in SI units.
 """
 
 import math
@@ -11,77 +12,96 @@ import numpy as np
 import sampler
 from sampler.numba import deposits, rebound, spin_after
 
-# SI units: time step, gas, diameter, mass and largest half-size of a grain
-DT, GAS, DENSITY, VISCOSITY = 2e-5, 100.0, 1.2, 1.8e-5
-DIAMETER, MASS, HALF_SIZE = 60e-6, 4.5e-10, 0.63 * 60e-6
-DRAG = 9.42477796 * VISCOSITY * DIAMETER / MASS  # of Stokes, 1/s
-OUTSIDE = sampler.errors.OUTSIDE
+N_GRAINS = 2000
+SEED = 7
+TIME_STEP = 2e-5
+CHANNEL_LENGTH = 0.5
+CHANNEL_HEIGHT = 0.1
 
-# floor, roof, two sides of each plate: x, y of an end, the normal into the gas, the length
+GAS_SPEED = 100.0  # along x
+GAS_DENSITY = 1.2
+VISCOSITY = 1.8e-5
+
+DIAMETER = 60e-6  # of the sphere of equal volume
+MASS = 4.5e-10
+HALF_SIZE = 0.63 * DIAMETER  # what table.mean_half_size gives for this table
+DRAG_RATE = 3.0 * math.pi * VISCOSITY * DIAMETER / MASS
+
+OUTSIDE = sampler.errors.OUTSIDE  # flags of impacts outside the table
+
+# x, y of one end; x, y of the normal into the gas; length
 WALLS = (
-    (-9.0, 0.0, 0.0, 1.0, 18.0),
-    (9.0, 0.1, 0.0, -1.0, 18.0),
-    (0.1, 0.0, -0.8660254, 0.5, 0.07),
-    (0.135, 0.06062178, 0.8660254, -0.5, 0.07),
-    (0.235, 0.03937822, -0.8660254, -0.5, 0.07),
-    (0.2, 0.1, 0.8660254, 0.5, 0.07),
+    (-9.0, 0.0, 0.0, 1.0, 18.0),  # floor
+    (9.0, 0.1, 0.0, -1.0, 18.0),  # roof
+    (0.1, 0.0, -0.8660254, 0.5, 0.07),  # plate on the floor: front
+    (0.135, 0.06062178, 0.8660254, -0.5, 0.07),  # back
+    (0.235, 0.03937822, -0.8660254, -0.5, 0.07),  # plate on the roof: front
+    (0.2, 0.1, 0.8660254, 0.5, 0.07),  # back
 )
 
 
 @numba.njit(cache=True)
-def wall_ahead(x, y, v):
+def find_wall_ahead(x, y, v):
     """Return the normal of the wall that the next step of a grain crosses, zeros for none."""
     normal = (0.0, 0.0, 0.0)
-    for end_x, end_y, n_x, n_y, length in WALLS:
-        away = n_x * (x - end_x) + n_y * (y - end_y)
-        along = n_y * (x - end_x) - n_x * (y - end_y)
-        approach = -(n_x * v[0] + n_y * v[1])
-        if 0.0 <= away < DT * approach and 0.0 < along < length:
-            normal = (n_x, n_y, 0.0)
+    for end_x, end_y, normal_x, normal_y, length in WALLS:
+        distance = normal_x * (x - end_x) + normal_y * (y - end_y)
+        along = normal_y * (x - end_x) - normal_x * (y - end_y)
+        approach = -(normal_x * v[0] + normal_y * v[1])
+        if 0.0 <= distance < TIME_STEP * approach and 0.0 < along < length:
+            normal = (normal_x, normal_y, 0.0)
     return normal
 
 
 @numba.njit(cache=True)
-def resting_speed(v, normal):
+def find_resting_speed(v, normal):
     """Return the normal speed below which a grain rests.
 
-    The next hop would be lower than a hundredth of the diameter, since the gas presses the grain to
-    the wall.
+    Where the gas presses the grain to the wall, its next hop would be lower than a hundredth of its
+    diameter.
     """
-    pressure = -(normal[0] * (GAS - v[0]) - normal[1] * v[1]) * DRAG  # acceleration to the wall
-    return math.sqrt(2.0 * max(pressure, 0.0) * 0.01 * DIAMETER)
+    towards_wall = -DRAG_RATE * (normal[0] * (GAS_SPEED - v[0]) - normal[1] * v[1])  # acceleration
+    return math.sqrt(2.0 * max(towards_wall, 0.0) * 0.01 * DIAMETER)
 
 
 @numba.njit(cache=True)
-def slow_down(omega, inertia, flight):
-    """Return the spin that the torque of the gas leaves; one call for a whole flight is exact."""
-    if inertia == 0.0:  # a grain that has met no wall does not spin
+def slow_down_spin(omega, inertia, flight):
+    """Return the spin that the torque of the gas leaves.
+
+    One call for the whole flight since the last wall is exact.
+    """
+    if inertia == 0.0:  # before its first wall the grain does not spin
         return omega
     moment = inertia * MASS * HALF_SIZE**2
-    return spin_after(omega, flight, moment, DIAMETER, DENSITY, VISCOSITY)
+    return spin_after(omega, flight, moment, DIAMETER, GAS_DENSITY, VISCOSITY)
 
 
 @numba.njit(cache=True)
-def follow(table, grains):
-    """Send grains through; return how many pass, and so on, as the last line prints."""
-    share = 1.0 - math.exp(-DRAG * DT)
+def follow(table, n_grains):
+    """Follow grains until they leave the channel or rest on a wall; return what is printed."""
+    share = 1.0 - math.exp(-DRAG_RATE * TIME_STEP)  # of the slip, that a step takes
     passed = back = hits = outside = 0
-    energy = spin = 0.0
-    after = np.empty(7)
-    for index in range(grains):
-        x, y, v = 0.0, (index + 0.5) * 0.1 / grains, (GAS, 0.0, 0.0)
-        omega, inertia, flight, hit = (0.0, 0.0, 0.0), 0.0, 0.0, 0
-        while 0.0 <= x < 0.5:
-            v = (v[0] + share * (GAS - v[0]), v[1] - share * v[1], v[2] - share * v[2])
-            flight += DT  # since the last wall
-            normal = wall_ahead(x, y, v)
+    squared_velocity = spin = 0.0
+    after = np.empty(7)  # velocity, mean angular velocity, inertia about it
+    for index in range(n_grains):
+        x = 0.0
+        y = (index + 0.5) * CHANNEL_HEIGHT / n_grains
+        v = (GAS_SPEED, 0.0, 0.0)
+        omega = (0.0, 0.0, 0.0)  # mean angular velocity
+        inertia = 0.0  # about it, over MASS HALF_SIZE^2; 0 is not known
+        flight = 0.0  # time since the last wall
+        hit = 0  # number of walls that the grain has met
+        while 0.0 <= x < CHANNEL_LENGTH:
+            v = (v[0] + share * (GAS_SPEED - v[0]), v[1] - share * v[1], v[2] - share * v[2])
+            flight += TIME_STEP
+            normal = find_wall_ahead(x, y, v)
             if normal == (0.0, 0.0, 0.0):
-                x += DT * v[0]
-                y += DT * v[1]
+                x += TIME_STEP * v[0]
+                y += TIME_STEP * v[1]
                 continue
-            if deposits(v, normal, resting_speed(v, normal)):
+            if deposits(v, normal, find_resting_speed(v, normal)):
                 break
-            omega = slow_down(omega, inertia, flight)
+            omega = slow_down_spin(omega, inertia, flight)
             code = rebound(
                 table,
                 v,
@@ -91,25 +111,33 @@ def follow(table, grains):
                 inertia=inertia,
                 index=index,
                 hit=hit,
-                seed=7,
+                seed=SEED,
                 out=after,
             )
             if code < 0:
                 raise ValueError("a rebound has failed")
-            outside += (code & OUTSIDE) != 0
+            if code & OUTSIDE:
+                outside += 1
             v = (after[0], after[1], after[2])
             omega = (after[3], after[4], after[5])
             inertia = after[6]
             hit += 1
             flight = 0.0
-        omega = slow_down(omega, inertia, flight)
-        passed += x >= 0.5
+        omega = slow_down_spin(omega, inertia, flight)
+        passed += x >= CHANNEL_LENGTH
         back += x < 0.0
         hits += hit
-        energy += v[0] ** 2 + v[1] ** 2 + v[2] ** 2
+        squared_velocity += v[0] ** 2 + v[1] ** 2 + v[2] ** 2
         spin += omega[2]
-    return passed, back, hits, energy, spin, outside
+    return passed, back, hits, squared_velocity, spin, outside
 
 
-table = sampler.load("corundum-steel")
-print(*follow(table.handle, 2000))
+if __name__ == "__main__":
+    table = sampler.load("corundum-steel")
+    results = follow(table.handle, N_GRAINS)
+    print("grains that pass:     ", results[0])
+    print("grains that come back:", results[1])
+    print("hits of walls:        ", results[2])
+    print("sum of v^2, m2/s2:    ", results[3])
+    print("sum of omega_z, rad/s:", results[4])
+    print("outside the table:    ", results[5])

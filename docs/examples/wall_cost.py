@@ -6,12 +6,12 @@ Flights are compiled by numba. Draws are calls of the C library: one for all gra
 wall, or one for each, from a loop in numba, as from a tracker in C.
 """
 
-import argparse
 import warnings
 
 import matplotlib.pyplot as plt
 import numba
 import numpy as np
+from command_line import Parser, output_file, whole_number
 from cylinders import figures_of, follow_each
 from wall_laws import LOOKS, MEANS, direct_law, grains_of, mean_law, model_laws, table_law
 
@@ -63,9 +63,15 @@ def distance(result, direct):
 
 def main(arguments=None):
     """Follow the grains under each law; print and draw errors and what the walls cost."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--grains", type=int, default=50_000, help="under each law")
-    parser.add_argument("--figure", metavar="F.png")
+    parser = Parser(__file__, __doc__)
+    parser.add_argument(
+        "--grains",
+        type=whole_number(1),
+        default=50_000,
+        metavar="N",
+        help="number of grains under each law",
+    )
+    parser.add_argument("--figure", type=output_file, metavar="F.png", help="picture to write")
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     table, config = sampler.load("corundum-steel"), tablegen.load_config("corundum-steel")

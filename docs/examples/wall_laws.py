@@ -8,14 +8,13 @@ same drag and torque, and stays on a wall that it meets at less than 1 m/s along
 edges of classes, are diameters of spheres of equal volume.
 """
 
-import argparse
 import itertools
 import math
 import warnings
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from command_line import Parser, folder, length, table_with_spin, whole_number
 from cylinders import AHEAD, CELL, COLUMNS, ENERGY, PITCH, RADIUS, SPEED, figures_of, follow_each
 from matplotlib.colors import LogNorm
 
@@ -140,10 +139,10 @@ def draw_results(results, count, sizes):
         axes = panels[column]
         axes.set(title=column, xlabel="diameter, µm")
         for name, result in results.items():
-            found = [figures_of(result, *pair)[column] for pair in itertools.pairwise(edges)]
+            figures = [figures_of(result, *pair)[column] for pair in itertools.pairwise(edges)]
             shape = dict(zip(("color", "marker", "linestyle"), LOOKS[name], strict=True))
             axes.errorbar(
-                0.5e6 * (edges[1:] + edges[:-1]), *np.transpose(found), label=name, **shape
+                0.5e6 * (edges[1:] + edges[:-1]), *np.transpose(figures), label=name, **shape
             )
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
@@ -166,20 +165,39 @@ def draw_hits(results, count):
 
 def main(arguments=None):
     """Follow the grains under each law; print and draw where they go."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
-    parser.add_argument("--grains", type=int, default=20_000, help="under each law")
-    parser.add_argument("--sizes", type=float, nargs="+", default=[30, 50, 70, 100], metavar="UM")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--output", type=Path, metavar="FOLDER", help="for two pictures")
+    parser = Parser(__file__, __doc__)
+    parser.add_argument(
+        "--table",
+        type=table_with_spin,
+        default="corundum-steel",
+        metavar="TABLE",
+        help="name, or path of a .h5 file",
+    )
+    parser.add_argument(
+        "--grains",
+        type=whole_number(1),
+        default=20_000,
+        metavar="N",
+        help="number of grains under each law",
+    )
+    parser.add_argument(
+        "--sizes",
+        type=length,
+        nargs="+",
+        default=[30, 50, 70, 100],
+        metavar="UM",
+        help="limits of the classes of diameters, micrometres",
+    )
+    parser.add_argument(
+        "--seed", type=whole_number(0), default=1, metavar="N", help="of the random numbers"
+    )
+    parser.add_argument("--output", type=folder, metavar="FOLDER", help="for two pictures")
     args = parser.parse_args(arguments)
+    if len(args.sizes) < 2 or sorted(set(args.sizes)) != args.sizes:
+        parser.error("argument --sizes: allowed: two or more diameters that grow")
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)  # slow hits are near its end
-    if args.output and not args.output.is_dir():
-        parser.error(f"--output: got {args.output}, allowed: a folder")
-    table = sampler.load(args.table)
-    if not table.has_spin:
-        parser.error(f"--table: got {args.table}, allowed: one with a spin law")
-    config = tablegen.parse_config(table.config, args.table)
+    table = args.table
+    config = tablegen.parse_config(table.config, "--table")
     laws = model_laws(table, config)
     laws["compact table"] = table_law(sampler.load("corundum-steel-compact"))
     laws |= {name: mean_law(*polynomials) for name, polynomials in MEANS.items()}

@@ -8,12 +8,12 @@ removes a volume in proportion. The constants are the user's: those here, for sa
 not checked against these papers.
 """
 
-import argparse
 import warnings
 
 import bend
 import matplotlib.pyplot as plt
 import numpy as np
+from command_line import Parser, length, output_file, table_with_works, whole_number
 
 import sampler
 
@@ -80,17 +80,30 @@ def draw(figure, panels, edges):
 
 def main(arguments=None):
     """Follow particles through the bend; print and draw what its outer wall loses."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--table", default="corundum-steel-wear", help="with works and spins")
-    parser.add_argument("--diameter", type=float, default=30e-6, metavar="M", help="of particles")
-    parser.add_argument("--count", type=int, default=20_000, help="particles")
-    parser.add_argument("--figure", metavar="F.png")
+    parser = Parser(__file__, __doc__)
+    parser.add_argument(
+        "--table",
+        type=table_with_works,
+        default="corundum-steel-wear",
+        metavar="TABLE",
+        help="name or path of a table with works and a spin law",
+    )
+    parser.add_argument(
+        "--diameter", type=length, default=30e-6, metavar="M", help="of the particles, m"
+    )
+    parser.add_argument(
+        "--count",
+        type=whole_number(bend.GROUPS),
+        default=20_000,
+        metavar="N",
+        help="number of particles",
+    )
+    parser.add_argument("--figure", type=output_file, metavar="F.png", help="picture to write")
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
-    table, works = sampler.load(args.table), []
-    if not table.has_spin or table.columns[-2:] != ("work_normal", "work_shear"):
-        parser.error(f"--table: got {args.table}, allowed: one with a spin law and both works")
-    impacts = bend.follow(with_works(table, works), (bend.SPEED, args.diameter), args.count, seed=1)
+    works = []
+    law = with_works(args.table, works)
+    impacts = bend.follow(law, (bend.SPEED, args.diameter), args.count, seed=1)
     normal, shear = np.concatenate(works).T
     taken = {"normal work, kJ/kg": 1e-3 * normal, "tangential work, kJ/kg": 1e-3 * shear}
     wear = {

@@ -29,7 +29,7 @@ SECTIONS = (
     *("public", "prelude", "words", "nodes", "sphere", "grains"),
     *("spin", "conditions", "experts", "outcomes", "spin_draw"),
     *("sample", "frame", "rough", "rebound", "checksum", "layout", "check", "read", "open"),
-    *("queries", "gas", "end"),
+    *("queries", "sizes", "gas", "walls", "faces", "end"),
 )
 
 #: No product is fused with a sum, which keeps the bits; nobody reads errno or floating-point traps.

@@ -1,22 +1,24 @@
-/* rebound_device.h - draws and rebounds of arrays on a GPU, for CUDA and HIP.
+/* rebound_device.h - draws and rebounds on a GPU, for CUDA and HIP.
 
-   A program for a GPU says, in one file that its compiler for GPUs compiles,
+   In one file of your program, which the compiler for GPUs compiles, say
 
        #define REBOUND_SAMPLER_IMPLEMENTATION
        #include "rebound_sampler.h"
        #include "rebound_device.h"
 
-       rbt_table on_device;
+   Then copy a table from rbt_open to the device:
+
+       rbt_table device_table;
        void *copy;
-       int code = rbt_to_device(table, &on_device, &copy);   (a table from rbt_open)
+       int code = rbt_to_device(table, &device_table, &copy);
 
-   and then calls rbt_sample or rbt_rebound with &on_device in kernels of its own, one row at a time,
-   which take on_device by value as RBT_TABLE_ARGUMENT, or launches the kernels below; rbt_device_free
-   ends the copy. Compile with -fmad=false for the bits of the host.
+   Kernels of your own take device_table by value, as RBT_TABLE_ARGUMENT, and call rbt_sample or rbt_rebound
+   with its address for one row at a time; tracker.cu does this. Or launch the kernels for arrays below.
+   rbt_device_free ends the copy. Compile with -fmad=false for the bits of the host.
 
-   All arrays lie on the device. Their numbers are of type RBT_REAL, double unless it is defined as
-   float before this file is included: then what is read and written takes half of the memory's time.
-   The arithmetic is that of rbt_sample and rbt_rebound either way; results are rounded once.
+   All arrays of the kernels lie on the device. Their numbers are of type RBT_REAL, which is double unless you
+   define it as float before you include this file. With float, reading and writing take half of the time; the
+   arithmetic is the same, and results are rounded once.
 
    Part of rebound-tables; MIT licence. */
 
@@ -31,23 +33,24 @@
 #define RBT_REAL double
 #endif
 
-/* How a kernel is declared, and the rows that one of its threads takes. */
+/* How kernels are declared. */
 #define RBT_KERNEL extern "C" __global__ void
+
+/* Loop over the rows that a thread of a kernel takes. */
 #define RBT_EACH_ROW(k, n)                                                                         \
     for (unsigned long long k = (unsigned long long)blockIdx.x * blockDim.x + threadIdx.x; k < n;  \
          k += (unsigned long long)gridDim.x * blockDim.x)
 
-/* How a kernel is launched: defined elsewhere to run the same sources in loops of the host, for
-   tests. */
+/* How kernels are launched. Tests define it as a loop of the host, to run the same sources without a GPU. */
 #ifndef RBT_LAUNCH
 #define RBT_LAUNCH(kernel, blocks, threads, ...) kernel<<<blocks, threads>>>(__VA_ARGS__)
 #endif
 
-/* A part of a kernel. */
+/* How functions of kernels are declared. */
 #define RBTI_PART static inline __device__
 
-/* A table as the argument of a kernel. Without the word of CUDA, which nvcc and NVRTC know, each thread
-   would keep a copy of it. */
+/* A table as the argument of a kernel. Without __grid_constant__, which nvcc and NVRTC know, each thread would
+   keep a copy of it. */
 #if defined(__NVCC__) || defined(__CUDACC_RTC__)
 #define RBT_TABLE_ARGUMENT const __grid_constant__ rbt_table
 #else
@@ -56,9 +59,11 @@
 
 /* -- draws and rebounds ---------------------------------------------------------------------------
 
-   The kernels take n rows and fill codes[n]; rows with an error have what the host gives them. *flagged, 0
-   before, becomes 1 if any code is not 0. Records are those of rbt_conditions and rbt_impacts, on the
-   device. One row can stand for all: bit k of `single` says so of field k, counted from 0. */
+   Kernels for n rows. They fill codes[n]; rows with an error get what the host gives them. *flagged, which is
+   0 before, becomes 1 if any code is not 0.
+
+   The records have the fields of rbt_conditions and rbt_impacts, with arrays on the device. An array may have
+   one row that holds for all particles: set bit k of `single` for field k, counted from 0. */
 
 typedef struct rbt_device_conditions {
     const RBT_REAL *alpha1, *speed, *spin, *inertia, *grain;
@@ -77,13 +82,13 @@ typedef struct rbt_device_impacts {
     int fresh, isotropic;
 } rbt_device_impacts;
 
-/* Row of a field. */
+/* Row of a field for particle k. */
 RBTI_PART unsigned long long rbti_row(uint32_t single, unsigned field, unsigned long long k)
 {
     return single >> field & 1 ? 0 : k;
 }
 
-/* Numbers of a row of an array, or NULL where there is none. */
+/* Read the numbers of a row. Returns them, or NULL if there is no array. */
 RBTI_PART const double *rbti_load(const RBT_REAL *array, unsigned width, unsigned long long row,
                                   double *numbers)
 {
@@ -100,28 +105,32 @@ RBTI_PART void rbti_store(const double *numbers, unsigned width, unsigned long l
         array[width * row + c] = (RBT_REAL)numbers[c];
 }
 
-/* Draw n rows from the spin law, or from that of first impacts. */
+/* Draw n rows from the spin law if `spins`, else from the law of first impacts. */
 RBTI_PART void rbti_sample_rows(const rbt_table *table, unsigned long long n,
-                                const rbt_device_conditions *of, int spins, uint64_t seed,
-                                RBT_REAL *states, RBT_REAL *inertia, int *codes, int *flagged)
+                                const rbt_device_conditions *conditions, int spins, uint64_t seed,
+                                RBT_REAL *states, RBT_REAL *inertia_after, int *codes, int *flagged)
 {
-    const uint32_t one = of->single;
+    const uint32_t single = conditions->single;
     RBT_EACH_ROW(k, n) {
-        double alpha1, speed, spin[3], about = 0, grain[3], values[RBT_VALUES], after;
-        rbti_grains grains = {(const double *)0, seed, of->fresh};
-        rbti_load(of->alpha1, 1, rbti_row(one, 0, k), &alpha1);
-        rbti_load(of->speed, 1, rbti_row(one, 1, k), &speed);
-        if (spins)
-            grains.given = rbti_load(of->grain, 3, rbti_row(one, 4, k), grain);
-        rbti_load(of->inertia, 1, rbti_row(one, 3, k), &about);
-        const double *given = spins ? rbti_load(of->spin, 3, rbti_row(one, 2, k), spin) : grains.given;
-        codes[k] = rbti_draw_one(table, alpha1, speed, given, about, seed, &grains,
-                                 of->index[rbti_row(one, 5, k)], of->hit[rbti_row(one, 6, k)],
-                                 spins, RBT_VALUES, values, &after);
+        double alpha1 = 0, speed = 0, inertia = 0, after = 0;
+        double spin[3], grain[3], values[RBT_VALUES];
+        rbti_grains grains = {(const double *)0, seed, conditions->fresh};
+        rbti_load(conditions->alpha1, 1, rbti_row(single, 0, k), &alpha1);
+        rbti_load(conditions->speed, 1, rbti_row(single, 1, k), &speed);
+        rbti_load(conditions->inertia, 1, rbti_row(single, 3, k), &inertia);
+        const double *spin_or_null = (const double *)0;
+        if (spins) {
+            spin_or_null = rbti_load(conditions->spin, 3, rbti_row(single, 2, k), spin);
+            grains.prescribed = rbti_load(conditions->grain, 3, rbti_row(single, 4, k), grain);
+        }
+        codes[k] = rbti_draw_one(table, alpha1, speed, spin_or_null, inertia, seed, &grains,
+                                 conditions->index[rbti_row(single, 5, k)],
+                                 conditions->hit[rbti_row(single, 6, k)], spins, RBT_VALUES, values,
+                                 &after);
         after = codes[k] < RBT_OK ? rbti_nan() : after;
-        rbti_store(&after, 1, k, inertia);
+        rbti_store(&after, 1, k, inertia_after);
         for (int c = 0; c < table->n_columns; c++) {
-            double value = values[0]; /* no place can be looked up in registers */
+            double value = values[0]; /* compared and not indexed, so that values stay in registers */
             for (int v = 1; v < RBT_VALUES; v++)
                 value = table->columns[c] == v ? values[v] : value;
             states[(size_t)table->n_columns * k + (size_t)c] =
@@ -132,57 +141,59 @@ RBTI_PART void rbti_sample_rows(const rbt_table *table, unsigned long long n,
     }
 }
 
-/* Draw states of the table's columns from the law of first impacts; spin, inertia and grain are not
-   read. `inertia`, for those after, may be NULL. */
+/* Draw states, the table's columns, from the law of first impacts. `spin`, `inertia` and `grain` of the
+   conditions are not read. `inertia_after` may be NULL. */
 RBT_KERNEL rbt_sample_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
-                             const rbt_device_conditions of, uint64_t seed, RBT_REAL *states,
-                             RBT_REAL *inertia, int *codes, int *flagged)
+                             const rbt_device_conditions conditions, uint64_t seed, RBT_REAL *states,
+                             RBT_REAL *inertia_after, int *codes, int *flagged)
 {
-    rbti_sample_rows(&table, n, &of, 0, seed, states, inertia, codes, flagged);
+    rbti_sample_rows(&table, n, &conditions, 0, seed, states, inertia_after, codes, flagged);
 }
 
-/* The same from the spin law; spin, inertia and grain may be NULL. */
+/* Draw states from the spin law. `spin`, `inertia` and `grain` of the conditions may be NULL. */
 RBT_KERNEL rbt_spin_sample_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
-                                  const rbt_device_conditions of, uint64_t seed, RBT_REAL *states,
-                                  RBT_REAL *inertia, int *codes, int *flagged)
+                                  const rbt_device_conditions conditions, uint64_t seed,
+                                  RBT_REAL *states, RBT_REAL *inertia_after, int *codes, int *flagged)
 {
-    rbti_sample_rows(&table, n, &of, 1, seed, states, inertia, codes, flagged);
+    rbti_sample_rows(&table, n, &conditions, 1, seed, states, inertia_after, codes, flagged);
 }
 
-/* Rebound particles; results may be the arrays of the impacts where no row stands for all, and `inertia`
-   and `works` NULL. Where works are wanted of a table without, codes are RBT_ERR_NO_WORKS, and nothing
+/* Rebound particles. `inertia` and `works` may be NULL. Results may be the arrays of the impacts unless one
+   row holds for all. If works are asked for and the table has none, all codes are RBT_ERR_NO_WORKS and nothing
    else is written. */
 RBT_KERNEL rbt_rebound_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
-                              const rbt_device_impacts of, uint64_t seed, RBT_REAL *velocity,
+                              const rbt_device_impacts impacts, uint64_t seed, RBT_REAL *velocity,
                               RBT_REAL *omega, RBT_REAL *inertia, RBT_REAL *works, int *codes,
                               int *flagged)
 {
-    const uint32_t one = of.single;
+    const uint32_t single = impacts.single;
     RBT_EACH_ROW(k, n) {
         if (rbti_lacks_works(&table, works != (RBT_REAL *)0)) {
             codes[k] = RBT_ERR_NO_WORKS;
             *flagged = 1;
             continue;
         }
-        double vectors[5][3], half_size, about, roughness, after[3], turning[3], moment, work[2];
-        const uint64_t index = of.index[rbti_row(one, 8, k)];
-        const uint32_t hit = of.hit[rbti_row(one, 9, k)];
+        double v[3], normal[3], wall_velocity[3], spin[3], grain[3];
+        double half_size, k_before, roughness;
+        double new_v[3], new_omega[3], new_inertia, work[2];
+        const uint64_t index = impacts.index[rbti_row(single, 8, k)];
+        const uint32_t hit = impacts.hit[rbti_row(single, 9, k)];
         const rbt_impacts impact = {
-            rbti_load(of.velocity, 3, rbti_row(one, 0, k), vectors[0]),
-            rbti_load(of.normal, 3, rbti_row(one, 1, k), vectors[1]),
-            rbti_load(of.half_size, 1, rbti_row(one, 2, k), &half_size),
-            rbti_load(of.wall_velocity, 3, rbti_row(one, 3, k), vectors[2]),
-            rbti_load(of.omega, 3, rbti_row(one, 4, k), vectors[3]),
-            rbti_load(of.inertia, 1, rbti_row(one, 5, k), &about),
-            rbti_load(of.roughness, 1, rbti_row(one, 6, k), &roughness),
-            rbti_load(of.grain, 3, rbti_row(one, 7, k), vectors[4]),
-            &index, &hit, of.fresh, of.isotropic};
-        const rbt_rebounds out = {after, turning, &moment, works ? work : (double *)0, (int *)0,
-                                  0, 0, {0}};
-        codes[k] = rbti_rebound_row(&table, &impact, 0, seed, &out);
-        rbti_store(after, 3, k, velocity);
-        rbti_store(turning, 3, k, omega);
-        rbti_store(&moment, 1, k, inertia);
+            rbti_load(impacts.velocity, 3, rbti_row(single, 0, k), v),
+            rbti_load(impacts.normal, 3, rbti_row(single, 1, k), normal),
+            rbti_load(impacts.half_size, 1, rbti_row(single, 2, k), &half_size),
+            rbti_load(impacts.wall_velocity, 3, rbti_row(single, 3, k), wall_velocity),
+            rbti_load(impacts.omega, 3, rbti_row(single, 4, k), spin),
+            rbti_load(impacts.inertia, 1, rbti_row(single, 5, k), &k_before),
+            rbti_load(impacts.roughness, 1, rbti_row(single, 6, k), &roughness),
+            rbti_load(impacts.grain, 3, rbti_row(single, 7, k), grain),
+            &index, &hit, impacts.fresh, impacts.isotropic};
+        const rbt_rebounds after = {new_v, new_omega, &new_inertia, works ? work : (double *)0,
+                                    (int *)0, 0, 0, {0}};
+        codes[k] = rbti_rebound_row(&table, &impact, 0, seed, &after);
+        rbti_store(new_v, 3, k, velocity);
+        rbti_store(new_omega, 3, k, omega);
+        rbti_store(&new_inertia, 1, k, inertia);
         rbti_store(work, 2, k, works);
         if (codes[k] != RBT_OK)
             *flagged = 1;
@@ -191,14 +202,14 @@ RBT_KERNEL rbt_rebound_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
 
 /* -- tables --------------------------------------------------------------------------------------- */
 
-/* Table of an image that lies on the device, for programs that have no rbt_table (Python): its size,
-   and the table behind it. One thread. */
+/* Table of an image that lies on the device, for programs without rbt_open, as Python. Launch the kernel with
+   one thread; it writes the size of a table, and the table. */
 typedef struct rbt_device_table {
     unsigned long long bytes;
     rbt_table table;
 } rbt_device_table;
 
-/* Kernels take 4096 bytes of arguments. */
+/* Kernels take 4096 bytes of arguments, and a table is one of several. */
 static_assert(sizeof(rbt_device_table) <= 2048, "a table does not fit among the arguments");
 
 RBT_KERNEL rbt_table_kernel(const void *image, unsigned long long size, rbt_device_table *out)
@@ -209,7 +220,7 @@ RBT_KERNEL rbt_table_kernel(const void *image, unsigned long long size, rbt_devi
 
 #ifndef RBT_DEVICE_ONLY
 
-/* Memory of the device: functions of CUDA or HIP that return 0 if all is well. */
+/* Functions of CUDA or HIP for memory of the device. They return 0 if all is well. */
 #ifndef RBT_DEVICE_MALLOC
 #if defined(__CUDACC__)
 #define RBT_DEVICE_MALLOC(pointer, size) ((int)cudaMalloc(pointer, size))
@@ -222,10 +233,10 @@ RBT_KERNEL rbt_table_kernel(const void *image, unsigned long long size, rbt_devi
 #endif
 #endif
 
-/* Copy a table to the device, as one block of memory that nothing writes. *copy is that block, which
-   the caller ends with rbt_device_free; *on_device is to be passed to kernels by value. The table of
-   the host may be closed afterwards. RBT_OK, or RBT_ERR_NO_MEMORY if the device refuses. */
-static inline int rbt_to_device(const rbt_table *table, rbt_table *on_device, void **copy)
+/* Copy a table to the device. *copy becomes the block of memory there, which belongs to the caller, who ends
+   it with rbt_device_free; *device_table is for kernels, by value. The table of the host may be closed
+   afterwards. RBT_OK, or RBT_ERR_NO_MEMORY if the device refuses. */
+static inline int rbt_to_device(const rbt_table *table, rbt_table *device_table, void **copy)
 {
     size_t size;
     const void *image = rbt_image(table, &size);
@@ -237,11 +248,11 @@ static inline int rbt_to_device(const rbt_table *table, rbt_table *on_device, vo
         *copy = (void *)0;
         return RBT_ERR_NO_MEMORY;
     }
-    *on_device = rbt_moved(table, *copy);
+    *device_table = rbt_moved(table, *copy);
     return RBT_OK;
 }
 
-/* End the copy of a table; NULL is allowed. */
+/* Free the copy of a table. NULL is allowed. */
 static inline void rbt_device_free(void *copy)
 {
     if (copy)

@@ -1,127 +1,172 @@
-/* Grains of corundum in a channel with two plates. A grain keeps its number, the number of walls that it
-   has met, its spin, and the inertia about its spin. */
+/* Follow grains of corundum, in air of 100 m/s, through a channel with two plates.
+
+   The gas exerts the drag of Stokes and a torque on them. A grain keeps its index, the number of walls that it
+   has met, its spin, and the inertia about its spin. All quantities are in SI units. */
 #define REBOUND_SAMPLER_IMPLEMENTATION /* in one file of a program */
 #include "rebound_sampler.h"
 
 #include <stdio.h>
 
-/* SI units: time step, gas, diameter, mass and largest half-size of a grain */
-static const double dt = 2e-5, gas[3] = {100, 0, 0}, density = 1.2, viscosity = 1.8e-5;
-static const double diameter = 60e-6, mass = 4.5e-10, half_size = 0.63 * 60e-6;
+#define N_GRAINS 2000
+#define SEED 7
+#define TIME_STEP 2e-5
+#define CHANNEL_LENGTH 0.5
+#define CHANNEL_HEIGHT 0.1
 
-/* floor, roof, two sides of each plate: x, y of an end, the normal into the gas, the length */
-static const double walls[6][6] = {
-    {-9, 0, 0, 1, 0, 18},
-    {9, 0.1, 0, -1, 0, 18},
-    {0.1, 0, -0.8660254, 0.5, 0, 0.07},
-    {0.135, 0.06062178, 0.8660254, -0.5, 0, 0.07},
-    {0.235, 0.03937822, -0.8660254, -0.5, 0, 0.07},
-    {0.2, 0.1, 0.8660254, 0.5, 0, 0.07},
+#define GAS_SPEED 100.0 /* along x */
+#define GAS_DENSITY 1.2
+#define VISCOSITY 1.8e-5
+
+#define DIAMETER 60e-6 /* of the sphere of equal volume */
+#define MASS 4.5e-10
+#define HALF_SIZE (0.63 * DIAMETER) /* what rbt_mean_half_size gives for this table */
+#define PI 3.141592653589793
+#define DRAG_RATE (3.0 * PI * VISCOSITY * DIAMETER / MASS)
+
+typedef struct {
+    double x, y;      /* one end */
+    double normal[3]; /* into the gas */
+    double length;
+} wall;
+
+static const wall walls[] = {
+    {-9.0, 0.0, {0.0, 1.0, 0.0}, 18.0},                  /* floor */
+    {9.0, 0.1, {0.0, -1.0, 0.0}, 18.0},                  /* roof */
+    {0.1, 0.0, {-0.8660254, 0.5, 0.0}, 0.07},            /* plate on the floor: front */
+    {0.135, 0.06062178, {0.8660254, -0.5, 0.0}, 0.07},   /* back */
+    {0.235, 0.03937822, {-0.8660254, -0.5, 0.0}, 0.07},  /* plate on the roof: front */
+    {0.2, 0.1, {0.8660254, 0.5, 0.0}, 0.07},             /* back */
 };
 
 typedef struct {
-    double x[2], v[3];
-    double omega[3]; /* mean angular velocity, rad/s */
-    double inertia;  /* about it, over mass half_size^2; 0: not known */
-    double flight;   /* time since the last wall, s */
-    uint64_t index;  /* number of the grain */
+    double x, y;
+    double v[3];
+    double omega[3]; /* mean angular velocity */
+    double inertia;  /* about it, over MASS HALF_SIZE^2; 0 is not known */
+    double flight;   /* time since the last wall */
+    uint64_t index;
     uint32_t hit;    /* number of walls that it has met */
 } grain;
 
-/* Normal of the wall that the next step crosses; NULL: none. */
-static const double *wall_ahead(const grain *g)
+/* The wall that the next step of a grain crosses, or NULL. */
+static const wall *find_wall_ahead(const grain *g)
 {
-    const double *normal = NULL;
-    for (int k = 0; k < 6; k++) {
-        const double *end = walls[k], *n = walls[k] + 2, length = walls[k][5];
-        const double x = g->x[0] - end[0], y = g->x[1] - end[1];
-        const double away = n[0] * x + n[1] * y, along = n[1] * x - n[0] * y;
+    const wall *ahead = NULL;
+    for (size_t k = 0; k < sizeof walls / sizeof walls[0]; k++) {
+        const double *n = walls[k].normal;
+        const double x = g->x - walls[k].x;
+        const double y = g->y - walls[k].y;
+        const double distance = n[0] * x + n[1] * y;
+        const double along = n[1] * x - n[0] * y;
         const double approach = -(n[0] * g->v[0] + n[1] * g->v[1]);
-        if (away >= 0 && away < dt * approach && along > 0 && along < length)
-            normal = n;
+        if (distance >= 0.0 && distance < TIME_STEP * approach && along > 0.0 &&
+            along < walls[k].length)
+            ahead = &walls[k];
     }
-    return normal;
+    return ahead;
 }
 
-/* Normal speed below which a grain rests: its next hop would be lower than a hundredth of its diameter,
-   since the gas presses it to the wall. */
-static double resting_speed(const grain *g, const double *n)
+/* The normal speed below which a grain rests. Where the gas presses it to the wall, its next hop would be
+   lower than a hundredth of its diameter. */
+static double find_resting_speed(const grain *g, const double normal[3])
 {
-    double pressure = 0; /* acceleration towards the wall */
-    for (int k = 0; k < 3; k++)
-        pressure -= n[k] * (gas[k] - g->v[k]) * (9.42477796 * viscosity * diameter / mass);
-    return pressure > 0 ? sqrt(2 * pressure * 0.01 * diameter) : 0;
+    const double slip[3] = {GAS_SPEED - g->v[0], -g->v[1], -g->v[2]};
+    const double along_normal = slip[0] * normal[0] + slip[1] * normal[1] + slip[2] * normal[2];
+    const double towards_wall = -DRAG_RATE * along_normal; /* acceleration */
+    return towards_wall > 0.0 ? sqrt(2.0 * towards_wall * 0.01 * DIAMETER) : 0.0;
 }
 
-/* The torque of the gas over the whole flight from the last wall. One call is exact. */
+/* Let the torque of the gas act on the spin. One call for the whole flight since the last wall is exact. */
 static void slow_down_spin(grain *g)
 {
-    const double moment = g->inertia * mass * half_size * half_size;
-    if (g->hit > 0) /* else it does not spin yet */
-        rbt_spin_after(g->omega, g->flight, moment, diameter, density, viscosity, NULL, g->omega);
-    g->flight = 0;
+    const double moment = g->inertia * MASS * HALF_SIZE * HALF_SIZE;
+    if (g->hit > 0) /* before its first wall the grain does not spin */
+        rbt_spin_after(g->omega, g->flight, moment, DIAMETER, GAS_DENSITY, VISCOSITY, NULL, g->omega);
+    g->flight = 0.0;
 }
 
-/* Returns a code. */
-static int rebound(const rbt_table *table, grain *g, const double *normal)
+/* Rebound a grain. Returns the code. */
+static int rebound(const rbt_table *table, grain *g, const double normal[3])
 {
-    rbt_impacts before = {0}; /* fields that stay 0 are "none" */
+    const double half_size = HALF_SIZE;
+    rbt_impacts impact = {0}; /* fields that stay 0 are "none" */
     rbt_rebounds after = {0};
-    before.velocity = g->v;
-    before.normal = normal;
-    before.half_size = &half_size;
-    before.omega = g->omega;
-    before.inertia = &g->inertia;
-    before.index = &g->index;
-    before.hit = &g->hit;
+    impact.velocity = g->v;
+    impact.normal = normal;
+    impact.half_size = &half_size;
+    impact.omega = g->omega;
+    impact.inertia = &g->inertia;
+    impact.index = &g->index;
+    impact.hit = &g->hit;
     after.velocity = g->v;
     after.omega = g->omega;
     after.inertia = &g->inertia;
-    const int code = rbt_rebound(table, 1, &before, 7, &after);
+    const int code = rbt_rebound(table, 1, &impact, SEED, &after);
     g->hit++;
     return code;
 }
 
+/* Follow a grain until it leaves the channel or rests on a wall, and count impacts outside the table. Returns
+   RBT_OK or an error. */
+static int follow(const rbt_table *table, grain *g, int *outside)
+{
+    const double share = 1.0 - exp(-DRAG_RATE * TIME_STEP); /* of the slip, that a step takes */
+    while (g->x >= 0.0 && g->x < CHANNEL_LENGTH) {
+        g->v[0] += share * (GAS_SPEED - g->v[0]);
+        g->v[1] -= share * g->v[1];
+        g->v[2] -= share * g->v[2];
+        g->flight += TIME_STEP;
+        const wall *ahead = find_wall_ahead(g);
+        if (ahead == NULL) {
+            g->x += TIME_STEP * g->v[0];
+            g->y += TIME_STEP * g->v[1];
+            continue;
+        }
+        if (rbt_deposits(g->v, ahead->normal, find_resting_speed(g, ahead->normal), NULL))
+            break;
+        slow_down_spin(g);
+        const int code = rebound(table, g, ahead->normal);
+        if (code < 0)
+            return code;
+        if (code & RBT_OUTSIDE)
+            *outside += 1;
+    }
+    slow_down_spin(g);
+    return RBT_OK;
+}
+
 int main(void)
 {
-    const double share = 1 - exp(-9.42477796 * viscosity * diameter * dt / mass);
-    double passed = 0, back = 0, hits = 0, energy = 0, spin = 0, outside = 0;
+    int passed = 0, back = 0, hits = 0, outside = 0;
+    double squared_velocity = 0.0, spin = 0.0;
     rbt_table *table;
     int code = rbt_open("corundum-steel.rbt", &table);
     if (code < 0) {
-        puts(rbt_strerror(code));
+        fprintf(stderr, "corundum-steel.rbt: %s\n", rbt_strerror(code));
         return 1;
     }
-    for (uint64_t index = 0; index < 2000; index++) {
-        grain g = {{0, ((double)index + 0.5) * 5e-5}, {100, 0, 0}, {0, 0, 0}, 0, 0, index, 0};
-        while (g.x[0] >= 0 && g.x[0] < 0.5) {
-            for (int k = 0; k < 3; k++)
-                g.v[k] += share * (gas[k] - g.v[k]);
-            g.flight += dt;
-            const double *normal = wall_ahead(&g);
-            if (normal == NULL) {
-                g.x[0] += dt * g.v[0];
-                g.x[1] += dt * g.v[1];
-                continue;
-            }
-            if (rbt_deposits(g.v, normal, resting_speed(&g, normal), NULL))
-                break;
-            slow_down_spin(&g);
-            code = rebound(table, &g, normal);
-            if (code < 0) {
-                puts(rbt_strerror(code));
-                return 1;
-            }
-            outside += (code & RBT_OUTSIDE) != 0;
+    for (int k = 0; k < N_GRAINS; k++) {
+        grain g = {0};
+        g.y = (k + 0.5) * CHANNEL_HEIGHT / N_GRAINS;
+        g.v[0] = GAS_SPEED;
+        g.index = (uint64_t)k;
+        code = follow(table, &g, &outside);
+        if (code < 0) {
+            fprintf(stderr, "grain %d: %s\n", k, rbt_strerror(code));
+            return 1;
         }
-        slow_down_spin(&g);
-        passed += g.x[0] >= 0.5;
-        back += g.x[0] < 0;
-        hits += g.hit;
-        energy += g.v[0] * g.v[0] + g.v[1] * g.v[1] + g.v[2] * g.v[2];
+        passed += g.x >= CHANNEL_LENGTH;
+        back += g.x < 0.0;
+        hits += (int)g.hit;
+        squared_velocity += g.v[0] * g.v[0] + g.v[1] * g.v[1] + g.v[2] * g.v[2];
         spin += g.omega[2];
     }
     rbt_close(table);
-    printf("%g %g %g %.12g %.12g %g\n", passed, back, hits, energy, spin, outside);
+    printf("grains that pass:      %d\n", passed);
+    printf("grains that come back: %d\n", back);
+    printf("hits of walls:         %d\n", hits);
+    printf("sum of v^2, m2/s2:     %.12g\n", squared_velocity);
+    printf("sum of omega_z, rad/s: %.12g\n", spin);
+    printf("outside the table:     %d\n", outside);
     return 0;
 }

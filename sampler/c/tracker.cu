@@ -1,112 +1,194 @@
-/* Grains of corundum in a channel with two plates. A grain keeps its number, the number of walls that it
-   has met, its spin, and the inertia about its spin. */
+/* Follow grains of corundum, in air of 100 m/s, through a channel with two plates, on a GPU: a thread follows
+   each grain.
+
+   The gas exerts the drag of Stokes and a torque on them. A grain keeps its index, the number of walls that it
+   has met, its spin, and the inertia about its spin. All quantities are in SI units. */
 #define REBOUND_SAMPLER_IMPLEMENTATION /* in one file of a program */
 #include "rebound_sampler.h"
 #include "rebound_device.h"
 
 #include <cstdio>
 
-/* Normal of the wall that the next step crosses; false: none. Walls are the floor, the roof and two sides
-   of each plate: x, y of an end, the normal into the gas, the length. */
-static RBT_DEVICE bool wall_ahead(const double x[2], const double v[3], double dt, double normal[3])
+#define N_GRAINS 2000
+#define SEED 7
+#define TIME_STEP 2e-5
+#define CHANNEL_LENGTH 0.5
+#define CHANNEL_HEIGHT 0.1
+
+#define GAS_SPEED 100.0 /* along x */
+#define GAS_DENSITY 1.2
+#define VISCOSITY 1.8e-5
+
+#define DIAMETER 60e-6 /* of the sphere of equal volume */
+#define MASS 4.5e-10
+#define HALF_SIZE (0.63 * DIAMETER) /* what rbt_mean_half_size gives for this table */
+#define PI 3.141592653589793
+#define DRAG_RATE (3.0 * PI * VISCOSITY * DIAMETER / MASS)
+
+struct wall {
+    double x, y;      /* one end */
+    double normal[3]; /* into the gas */
+    double length;
+};
+
+struct grain {
+    double x, y;
+    double v[3];
+    double omega[3]; /* mean angular velocity */
+    double inertia;  /* about it, over MASS HALF_SIZE^2; 0 is not known */
+    double flight;   /* time since the last wall */
+    uint64_t index;
+    uint32_t hit;    /* number of walls that it has met */
+};
+
+/* Sums over all grains, to which threads add. */
+enum { PASSED, BACK, HITS, SQUARED_VELOCITY, SPIN, OUTSIDE, FAILED, N_SUMS };
+
+/* Find the normal of the wall that the next step of a grain crosses. Returns false if there is none. */
+static RBT_DEVICE bool find_wall_ahead(const grain &g, double normal[3])
 {
-    const double walls[6][6] = {
-        {-9, 0, 0, 1, 0, 18},
-        {9, 0.1, 0, -1, 0, 18},
-        {0.1, 0, -0.8660254, 0.5, 0, 0.07},
-        {0.135, 0.06062178, 0.8660254, -0.5, 0, 0.07},
-        {0.235, 0.03937822, -0.8660254, -0.5, 0, 0.07},
-        {0.2, 0.1, 0.8660254, 0.5, 0, 0.07},
+    const wall walls[] = {
+        {-9.0, 0.0, {0.0, 1.0, 0.0}, 18.0},                  /* floor */
+        {9.0, 0.1, {0.0, -1.0, 0.0}, 18.0},                  /* roof */
+        {0.1, 0.0, {-0.8660254, 0.5, 0.0}, 0.07},            /* plate on the floor: front */
+        {0.135, 0.06062178, {0.8660254, -0.5, 0.0}, 0.07},   /* back */
+        {0.235, 0.03937822, {-0.8660254, -0.5, 0.0}, 0.07},  /* plate on the roof: front */
+        {0.2, 0.1, {0.8660254, 0.5, 0.0}, 0.07},             /* back */
     };
-    bool found = false;
-    for (const auto &wall : walls) {
-        const double *n = wall + 2;
-        const double from_x = x[0] - wall[0], from_y = x[1] - wall[1];
-        const double away = n[0] * from_x + n[1] * from_y, along = n[1] * from_x - n[0] * from_y;
-        const double approach = -(n[0] * v[0] + n[1] * v[1]);
-        if (away >= 0 && away < dt * approach && along > 0 && along < wall[5]) {
-            found = true;
+    bool is_ahead = false;
+    for (const wall &w : walls) {
+        const double *n = w.normal;
+        const double x = g.x - w.x;
+        const double y = g.y - w.y;
+        const double distance = n[0] * x + n[1] * y;
+        const double along = n[1] * x - n[0] * y;
+        const double approach = -(n[0] * g.v[0] + n[1] * g.v[1]);
+        if (distance >= 0.0 && distance < TIME_STEP * approach && along > 0.0 && along < w.length) {
+            is_ahead = true;
             for (int i = 0; i < 3; i++)
                 normal[i] = n[i];
         }
     }
-    return found;
+    return is_ahead;
 }
 
-RBT_KERNEL follow(RBT_TABLE_ARGUMENT table, unsigned long long grains, double *sums)
+/* The normal speed below which a grain rests. Where the gas presses it to the wall, its next hop would be
+   lower than a hundredth of its diameter. */
+static RBT_DEVICE double find_resting_speed(const grain &g, const double normal[3])
 {
-    /* SI units: time step, gas, diameter, mass and largest half-size of a grain, its rate of drag */
-    const double dt = 2e-5, gas[3] = {100, 0, 0}, density = 1.2, viscosity = 1.8e-5;
-    const double diameter = 60e-6, mass = 4.5e-10, half_size = 0.63 * diameter;
-    const double drag = 9.42477796 * viscosity * diameter / mass, share = -expm1(-drag * dt);
-    RBT_EACH_ROW(k, grains)
+    const double slip[3] = {GAS_SPEED - g.v[0], -g.v[1], -g.v[2]};
+    const double along_normal = slip[0] * normal[0] + slip[1] * normal[1] + slip[2] * normal[2];
+    const double towards_wall = -DRAG_RATE * along_normal; /* acceleration */
+    return towards_wall > 0.0 ? sqrt(2.0 * towards_wall * 0.01 * DIAMETER) : 0.0;
+}
+
+/* Let the torque of the gas act on the spin. One call for the whole flight since the last wall is exact. */
+static RBT_DEVICE void slow_down_spin(grain &g)
+{
+    const double moment = g.inertia * MASS * HALF_SIZE * HALF_SIZE;
+    if (g.hit > 0) /* before its first wall the grain does not spin */
+        rbt_spin_after(g.omega, g.flight, moment, DIAMETER, GAS_DENSITY, VISCOSITY, nullptr, g.omega);
+    g.flight = 0.0;
+}
+
+/* Rebound a grain. Returns the code. */
+static RBT_DEVICE int rebound(const rbt_table *table, grain &g, const double normal[3])
+{
+    const double half_size = HALF_SIZE;
+    rbt_impacts impact = {};
+    impact.velocity = g.v;
+    impact.normal = normal;
+    impact.half_size = &half_size;
+    impact.omega = g.omega;
+    impact.inertia = &g.inertia;
+    impact.index = &g.index;
+    impact.hit = &g.hit;
+    rbt_rebounds after = {};
+    after.velocity = g.v;
+    after.omega = g.omega;
+    after.inertia = &g.inertia;
+    const int code = rbt_rebound(table, 1, &impact, SEED, &after);
+    g.hit++;
+    return code;
+}
+
+RBT_KERNEL follow(RBT_TABLE_ARGUMENT table, unsigned long long n_grains, double *sums)
+{
+    const double share = -expm1(-DRAG_RATE * TIME_STEP); /* of the slip, that a step takes */
+    RBT_EACH_ROW(k, n_grains)
     {
-        double x[2] = {0, ((double)k + 0.5) * 5e-5}, v[3] = {100, 0, 0}, normal[3];
-        double omega[3] = {0, 0, 0}, inertia = 0; /* mean spin, and over mass half_size^2; 0: not known */
-        double flight = 0;                        /* time since the last wall */
-        const uint64_t index = k;
-        uint32_t hit = 0; /* number of walls that it has met */
-        rbt_impacts before = {};
-        before.velocity = v;
-        before.normal = normal;
-        before.half_size = &half_size;
-        before.omega = omega;
-        before.inertia = &inertia;
-        before.index = &index;
-        before.hit = &hit;
-        rbt_rebounds after = {};
-        after.velocity = v;
-        after.omega = omega;
-        after.inertia = &inertia;
-        while (x[0] >= 0 && x[0] < 0.5) {
-            for (int i = 0; i < 3; i++)
-                v[i] += share * (gas[i] - v[i]);
-            flight += dt;
-            if (!wall_ahead(x, v, dt, normal)) {
-                x[0] += dt * v[0];
-                x[1] += dt * v[1];
+        double outside = 0.0, failed = 0.0, normal[3];
+        grain g = {};
+        g.y = ((double)k + 0.5) * CHANNEL_HEIGHT / (double)n_grains;
+        g.v[0] = GAS_SPEED;
+        g.index = k;
+        while (g.x >= 0.0 && g.x < CHANNEL_LENGTH) {
+            g.v[0] += share * (GAS_SPEED - g.v[0]);
+            g.v[1] -= share * g.v[1];
+            g.v[2] -= share * g.v[2];
+            g.flight += TIME_STEP;
+            if (!find_wall_ahead(g, normal)) {
+                g.x += TIME_STEP * g.v[0];
+                g.y += TIME_STEP * g.v[1];
                 continue;
             }
-            /* it rests where its next hop would be lower than a hundredth of its diameter, since the
-               gas presses it to the wall */
-            double pressure = 0; /* acceleration towards the wall */
-            for (int i = 0; i < 3; i++)
-                pressure -= normal[i] * (gas[i] - v[i]) * drag;
-            const double slow = pressure > 0 ? sqrt(2 * pressure * 0.01 * diameter) : 0;
-            if (rbt_deposits(v, normal, slow, nullptr))
+            if (rbt_deposits(g.v, normal, find_resting_speed(g, normal), nullptr))
                 break;
-            /* the torque of the gas over the whole flight: one call is exact */
-            const double moment = inertia * mass * half_size * half_size;
-            if (hit > 0)
-                rbt_spin_after(omega, flight, moment, diameter, density, viscosity, nullptr, omega);
-            if (rbt_rebound(&table, 1, &before, 7, &after) < 0)
+            slow_down_spin(g);
+            const int code = rebound(&table, g, normal);
+            if (code < 0) {
+                failed = 1.0;
                 break;
-            hit++;
-            flight = 0;
+            }
+            if (code & RBT_OUTSIDE)
+                outside += 1.0;
         }
-        const double moment = inertia * mass * half_size * half_size;
-        if (hit > 0)
-            rbt_spin_after(omega, flight, moment, diameter, density, viscosity, nullptr, omega);
-        atomicAdd(sums, double(x[0] >= 0.5));
-        atomicAdd(sums + 1, double(x[0] < 0));
-        atomicAdd(sums + 2, double(hit));
-        atomicAdd(sums + 3, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-        atomicAdd(sums + 4, omega[2]);
+        slow_down_spin(g);
+        atomicAdd(sums + PASSED, g.x >= CHANNEL_LENGTH ? 1.0 : 0.0);
+        atomicAdd(sums + BACK, g.x < 0.0 ? 1.0 : 0.0);
+        atomicAdd(sums + HITS, (double)g.hit);
+        atomicAdd(sums + SQUARED_VELOCITY, g.v[0] * g.v[0] + g.v[1] * g.v[1] + g.v[2] * g.v[2]);
+        atomicAdd(sums + SPIN, g.omega[2]);
+        atomicAdd(sums + OUTSIDE, outside);
+        atomicAdd(sums + FAILED, failed);
     }
+}
+
+/* End the program with a message. */
+static int fail(const char *message)
+{
+    std::fprintf(stderr, "tracker: %s\n", message);
+    return 1;
 }
 
 int main()
 {
-    double sums[5] = {0, 0, 0, 0, 0};
-    void *copy, *there;
-    rbt_table *table, on_device;
-    if (rbt_open("corundum-steel.rbt", &table) < 0 || rbt_to_device(table, &on_device, &copy) < 0)
-        return 1;
-    if (RBT_DEVICE_MALLOC(&there, sizeof sums) || RBT_DEVICE_COPY(there, sums, sizeof sums))
-        return 1;
-    RBT_LAUNCH(follow, 32, 64, on_device, 2000, static_cast<double *>(there));
-    if (RBT_DEVICE_COPY(sums, there, sizeof sums))
-        return 1;
-    std::printf("%g %g %g %.12g %.12g\n", sums[0], sums[1], sums[2], sums[3], sums[4]);
+    double sums[N_SUMS] = {};
+    void *copy, *device_sums;
+    rbt_table *table, device_table;
+    int code = rbt_open("corundum-steel.rbt", &table);
+    if (code < 0)
+        return fail(rbt_strerror(code));
+    code = rbt_to_device(table, &device_table, &copy);
+    rbt_close(table);
+    if (code < 0)
+        return fail(rbt_strerror(code));
+    if (RBT_DEVICE_MALLOC(&device_sums, sizeof sums) != 0)
+        return fail("the device has no memory left");
+    if (RBT_DEVICE_COPY(device_sums, sums, sizeof sums) != 0)
+        return fail("the sums were not copied to the device");
+    RBT_LAUNCH(follow, 32, 64, device_table, N_GRAINS, static_cast<double *>(device_sums));
+    if (RBT_DEVICE_COPY(sums, device_sums, sizeof sums) != 0)
+        return fail("the grains were not followed to their end");
+    rbt_device_free(device_sums);
+    rbt_device_free(copy);
+    if (sums[FAILED] > 0.0)
+        return fail("a rebound has failed");
+    std::printf("grains that pass:      %g\n", sums[PASSED]);
+    std::printf("grains that come back: %g\n", sums[BACK]);
+    std::printf("hits of walls:         %g\n", sums[HITS]);
+    std::printf("sum of v^2, m2/s2:     %.12g\n", sums[SQUARED_VELOCITY]);
+    std::printf("sum of omega_z, rad/s: %.12g\n", sums[SPIN]);
+    std::printf("outside the table:     %g\n", sums[OUTSIDE]);
     return 0;
 }

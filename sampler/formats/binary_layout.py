@@ -138,8 +138,8 @@ ARRAYS = (
             "gates of the experts, 1/512"),
         ("experts", "<i2", ("n_leaves", N_EXPERTS, "expert_stride"), _EXPERTS, 8),
     ),
-    *_of("n_laws",
-        ("laws", "<f8", ("n_laws",), "laws of contact of spheres, as sphere/laws"),
+    *_of("n_law_parameters",
+        ("laws", "<f8", ("n_law_parameters",), "laws of contact of spheres, as sphere/laws"),
     ),
 )  # fmt: skip
 
@@ -166,7 +166,7 @@ COUNTS = {
     "n_leaves": "leaves of their trees",
     "n_spin_knots": "knots of a quantile function of the spin law",
     "n_outcomes": "outcomes of the spin law: 7, or 8 with works; expert_stride is 256 or 288",
-    "n_laws": "numbers of the laws of contact of spheres; 0: none",
+    "n_law_parameters": "numbers of the laws of contact of spheres; 0: none",
     "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
     f"{SPHERES}: a table of spheres",
 }

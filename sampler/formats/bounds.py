@@ -27,7 +27,7 @@ LENGTHS = {
     "n_leaves": (1, 2**20),
     "n_spin_knots": (2, 2**12),
     "n_outcomes": (7, 8),
-    "n_laws": (8, 2**20),
+    "n_law_parameters": (8, 2**20),
 }
 
 #: Impact angle of a node, degrees.

@@ -140,7 +140,7 @@ _DIMENSIONS = {
     "n_marginals",
     "grains": "n_shapes",
     "law": "n_nodes n_leaves n_spin_knots n_outcomes",
-    "spheres": "n_laws",
+    "spheres": "n_law_parameters",
 }
 
 

@@ -153,7 +153,7 @@ def _header(contents: TableContents) -> Any:
     header["channels"] = _padded([] if spheres else [CHANNELS.index(name) for name in channels])
     numbers = [held.index(name) if name in held else -1 for name in channels]
     header["marginals"] = _padded([] if spheres else numbers)
-    fields = {"n_laws": contents["sphere/laws"].size} if spheres else {}
+    fields = {"n_law_parameters": contents["sphere/laws"].size} if spheres else {}
     for axis in ("alpha", "speed"):
         fields |= axis_fields(contents, axis)
     fields |= _spin_fields(contents) if contents.has_spin else {}

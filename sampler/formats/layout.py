@@ -237,7 +237,7 @@ SPIN_DATASETS = (
 
 #: Of a table of spheres, whose laws of contact take the place of nodes.
 SPHERE_DATASETS = (
-    Dataset("sphere/laws", "<f8", ("n_laws",), "1",
+    Dataset("sphere/laws", "<f8", ("n_law_parameters",), "1",
         "smallest rebound velocity over V; law of restitution, number of exponential, polynomial, "
         "constant, power, tabulated, coefficient, exponent; law of resistance, number of "
         "exponential-orientation, constant, tabulated, coulomb, strength or static coefficient, "

@@ -448,7 +448,7 @@ contains
         works(2)
     integer(c_int) :: code
     type(c_impacts) :: given
-    type(c_rebounds) :: found
+    type(c_rebounds) :: results
 
     given = c_impacts(velocity=c_loc(velocity), normal=c_loc(normal), half_size=c_loc(half_size), &
         index=c_loc(index), hit=c_loc(hit), fresh=as_int(fresh), isotropic=as_int(isotropic))
@@ -457,11 +457,11 @@ contains
     if (present(inertia)) given%inertia = c_loc(inertia)
     if (present(roughness)) given%roughness = c_loc(roughness)
     if (present(grain)) given%grain = c_loc(grain)
-    if (present(new_velocity)) found%velocity = c_loc(new_velocity)
-    if (present(new_omega)) found%omega = c_loc(new_omega)
-    if (present(new_inertia)) found%inertia = c_loc(new_inertia)
-    if (present(works)) found%works = c_loc(works)
-    code = c_rebound(table%handle, 1_c_size_t, given, seed, found)
+    if (present(new_velocity)) results%velocity = c_loc(new_velocity)
+    if (present(new_omega)) results%omega = c_loc(new_omega)
+    if (present(new_inertia)) results%inertia = c_loc(new_inertia)
+    if (present(works)) results%works = c_loc(works)
+    code = c_rebound(table%handle, 1_c_size_t, given, seed, results)
   end function rebound_one
 
   function rebound_many(table, velocity, normal, half_size, wall_velocity, omega, inertia, roughness, &
@@ -485,7 +485,7 @@ contains
     integer :: n
     logical :: agree
     type(c_impacts) :: given
-    type(c_rebounds) :: found
+    type(c_rebounds) :: results
 
     n = size(half_size)
     agree = all([shape(velocity), shape(normal), size(index), size(hit)] == [3, n, 3, n, n, n])
@@ -508,16 +508,16 @@ contains
       if (present(inertia)) given%inertia = c_loc(inertia)
       if (present(roughness)) given%roughness = c_loc(roughness)
       if (present(grain)) given%grain = c_loc(grain)
-      if (present(new_velocity)) found%velocity = c_loc(new_velocity)
-      if (present(new_omega)) found%omega = c_loc(new_omega)
-      if (present(new_inertia)) found%inertia = c_loc(new_inertia)
-      if (present(works)) found%works = c_loc(works)
-      if (present(codes)) found%codes = c_loc(codes)
-      code = c_rebound(table%handle, int(n, c_size_t), given, seed, found)
+      if (present(new_velocity)) results%velocity = c_loc(new_velocity)
+      if (present(new_omega)) results%omega = c_loc(new_omega)
+      if (present(new_inertia)) results%inertia = c_loc(new_inertia)
+      if (present(works)) results%works = c_loc(works)
+      if (present(codes)) results%codes = c_loc(codes)
+      code = c_rebound(table%handle, int(n, c_size_t), given, seed, results)
     end if
-    if (present(bad)) bad = int(found%bad)
-    if (present(first_bad)) first_bad = merge(int(found%first_bad) + 1, 0, found%bad > 0)
-    if (present(flagged)) flagged = int(found%flagged)
+    if (present(bad)) bad = int(results%bad)
+    if (present(first_bad)) first_bad = merge(int(results%first_bad) + 1, 0, results%bad > 0)
+    if (present(flagged)) flagged = int(results%flagged)
   end function rebound_many
 
   ! Address of a vector, NULL if it is absent.

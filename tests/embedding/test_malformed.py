@@ -67,7 +67,7 @@ MALFORMED = {
     ("nodes", -26): [cut(10), cut(-1), field("header_bytes", 727), field("file_bytes", 2**20)],
     ("nodes", -28): [
         *(field(f"n_{name}", n) for name in ("alpha", "knots", "channels") for n in (0, MANY)),
-        *(field(name, 64) for name in ("stride", "n_laws")),
+        *(field(name, 64) for name in ("stride", "n_law_parameters")),
         *(field(name, 1) for name in ("n_shapes", "n_leaves", "n_outcomes")),
     ],
     ("nodes", -29): [
@@ -87,7 +87,7 @@ MALFORMED = {
         *(field(f"n_{name}", n) for name in ("shapes", "nodes", "spin_knots") for n in (0, MANY)),
         *(field("n_outcomes", n) for n in (0, 6, 9)),
         *(field("n_leaves", n) for n in (0, MANY)),
-        field("n_laws", 64),
+        field("n_law_parameters", 64),
     ],
     ("spin", -30): [field("n_nodes", 2**20), field("n_outcomes", 8)],
     ("spin", -31): [
@@ -97,12 +97,12 @@ MALFORMED = {
     ],
     ("spheres", -28): [
         field("n_shapes", 0),
-        *(field("n_laws", n) for n in (0, 7, 2**21)),
+        *(field("n_law_parameters", n) for n in (0, 7, 2**21)),
         *(field(name, 2) for name in ("n_alpha", "n_alpha_grid", "n_leaves", "n_nodes")),
         field("flags", 1),
     ],
     ("spheres", -29): [field("columns", [-1] * 8), field("channels", [0, *[-1] * 7])],
-    ("spheres", -30): [field("n_laws", 2**20)],
+    ("spheres", -30): [field("n_law_parameters", 2**20)],
     ("spheres", -31): [
         *(number("laws", at, x) for at, x in ((1, 4.0), (1, 5.0), (4, -1.0))),
         *(number("laws", 7, x) for x in (1.0, 90.0, np.nan)),

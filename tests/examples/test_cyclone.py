@@ -158,21 +158,3 @@ def test_command_prints_draws_and_writes(tmp_path, capsys):
     columns = json.loads(numbers.read_text())["columns"]["all shapes, 5 to 100 µm"]
     assert columns["table"]["hits"][0] > 5.0
     assert json.loads(numbers.read_text())["height, m"][-1] == pytest.approx(HEIGHT)
-
-
-@pytest.mark.parametrize(
-    ("words", "named"),
-    [
-        (["--grains", "0"], "--grains"),
-        (["--grains", "many"], "--grains"),
-        (["--seed", "-1"], "--seed"),
-        (["--table", "no-such-table"], "--table"),
-        (["--picture", "no/such/folder/c.png"], "--picture"),
-    ],
-)
-def test_a_mistake_is_one_line(words, named, capsys):
-    with pytest.raises(SystemExit, match="2"):
-        cyclone.main(words)
-    error = capsys.readouterr().err
-    assert named in error
-    assert error.count("\n") == 1

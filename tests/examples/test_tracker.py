@@ -37,7 +37,7 @@ def test_grains_through_the_separator(table, config, monkeypatch, n, spinning):
     An exact law fails with a probability below 1e-5; a tracker that loses its spins fails.
     """
     if n < 40_000:
-        monkeypatch.setattr(tracker, "DT", 3.0 * tracker.DT)
+        monkeypatch.setattr(tracker, "TIME_STEP", 3.0 * tracker.TIME_STEP)
     walls = [Walls(table, n, spinning), Walls(DirectModel(config), n)]
     for wall in walls:
         tracker.follow(wall, n)

@@ -19,5 +19,3 @@ def test_command(tmp_path, capsys):
     faces = [float(row[1].split()[0]) for row in rows if " to " in row[0]]
     assert sum(faces) == pytest.approx(float(rows[2][1]), rel=0.01)
     assert figure.read_bytes().startswith(b"\x89PNG")
-    with pytest.raises(SystemExit, match="2"):
-        wear.main(["--table", "corundum-steel"])

@@ -1,9 +1,11 @@
-/* -- checks of a binary table ------------------------------------------------------------------ */
+/* -- checks of a binary table ----------------------------------------------------------------------
+
+   Only the structure is checked: no draw from a table that is accepted reads outside its image. The
+   numbers were checked by Python when it made the file. */
 
 #ifndef RBT_DEVICE_ONLY
 
-/* Structure only: no draw of an accepted image reads outside it. Values were checked in Python, where
-   the table was made. */
+/* Check the beginning of a file and read its header: byte order, format, version, size. */
 static int rbti_check_start(const char *image, size_t size, rbti_header *header)
 {
     const uint32_t one = 1;
@@ -23,6 +25,7 @@ static int rbti_check_start(const char *image, size_t size, rbti_header *header)
     return RBT_OK;
 }
 
+/* Check the SHA-256 of a file, which covers everything but itself. */
 static int rbti_check_sum(const char *image, size_t size, const rbti_header *header)
 {
     const size_t at = offsetof(rbti_header, sha256);
@@ -32,8 +35,8 @@ static int rbti_check_sum(const char *image, size_t size, const rbti_header *hea
     return memcmp(digest, header->sha256, 32) == 0 ? RBT_OK : RBT_ERR_CHECKSUM;
 }
 
-/* A table has nodes, and may have a spin law; or it is one of spheres, with laws of contact. What it
-   lacks has no dimensions. */
+/* Check the dimensions of arrays. A table has nodes, and may have a spin law; or it is one of spheres,
+   with laws of contact. The dimensions of what it lacks are 0. */
 static int rbti_check_dimensions(const rbti_header *h)
 {
     const int nodes = (h->flags & RBTI_SPHERES) == 0, law = h->n_leaves > 0;
@@ -89,6 +92,7 @@ static int rbti_array_fits(const rbti_header *h, uint64_t at, uint64_t rows, uin
     return extra <= room && rows <= (room - extra) / numbers;
 }
 
+/* Check that every array lies within the file. */
 static int rbti_check_offsets(const rbti_header *h)
 {
 #define RBTI_DO(name, member, type, count, rows, numbers, extra)                                   \
@@ -100,7 +104,7 @@ static int rbti_check_offsets(const rbti_header *h)
     return RBT_OK;
 }
 
-/* Whether the numbers of nodes along an axis are such. */
+/* Whether the coordinates of an axis are numbers of nodes. */
 static int rbti_axis_is_valid(const rbt_axis *axis)
 {
     int holds = axis->offset >= 0 && axis->offset <= (int32_t)RBTI_MOST_NUMBER;
@@ -109,7 +113,7 @@ static int rbti_axis_is_valid(const rbt_axis *axis)
     return holds;
 }
 
-/* Components of the alias tables, and those where classes begin. */
+/* Whether the alias tables name components that exist, and classes begin at such. */
 static int rbti_components_are_valid(const rbt_table *table, size_t nodes)
 {
     const size_t components = (size_t)table->n_components, classes = (size_t)table->n_classes;
@@ -121,7 +125,7 @@ static int rbti_components_are_valid(const rbt_table *table, size_t nodes)
     return holds;
 }
 
-/* Every path through a tree goes on to later nodes, and so ends, in a leaf. */
+/* Whether every path through a tree ends in a leaf: it does if children come after their parents. */
 static int rbti_trees_are_valid(const rbt_spin_law *law)
 {
     int holds = 1;
@@ -135,7 +139,7 @@ static int rbti_trees_are_valid(const rbt_spin_law *law)
     return holds;
 }
 
-/* Whether numbers are a table over angles and at most `speeds` speeds. */
+/* Whether numbers are a table over angles and at most `speeds` speeds, as sphere.h reads it. */
 static int rbti_is_table(const double *numbers, int32_t count, double speeds)
 {
     const double n = count < 2 ? 0.0 : numbers[0], m = count < 2 ? 0.0 : numbers[1];
@@ -143,28 +147,31 @@ static int rbti_is_table(const double *numbers, int32_t count, double speeds)
            (double)count == 2.0 + n + m + n * m;
 }
 
-/* Laws of contact that are known, and their tables. */
+/* Whether the laws of contact of spheres are known laws, and their tables are whole. */
 static int rbti_laws_are_valid(const double *law, int32_t count)
 {
     if (!(law[RBTI_RESTITUTION] >= 0.0 && law[RBTI_RESTITUTION] <= (double)RBTI_TABULATED &&
           law[RBTI_RESISTANCE] >= 0.0 && law[RBTI_RESISTANCE] <= (double)RBTI_COULOMB &&
           law[RBTI_LENGTH] >= 0.0 && law[RBTI_LENGTH] <= (double)(count - RBTI_NUMBERS)))
         return 0;
-    const int length = (int)law[RBTI_LENGTH], left = count - RBTI_NUMBERS - length;
-    const int needed = (int)law[RBTI_RESISTANCE] == RBTI_TABULATED_RESISTANCE || left > 0;
+    const int length = (int)law[RBTI_LENGTH];
+    const int n_behind = count - RBTI_NUMBERS - length;
+    const int needed = (int)law[RBTI_RESISTANCE] == RBTI_TABULATED_RESISTANCE ||
+                       n_behind > 0;
     return ((int)law[RBTI_RESTITUTION] != RBTI_TABULATED ||
             rbti_is_table(law + RBTI_NUMBERS, length, (double)length)) &&
-           (!needed || rbti_is_table(law + RBTI_NUMBERS + length, left, 1.0));
+           (!needed || rbti_is_table(law + RBTI_NUMBERS + length, n_behind, 1.0));
 }
 
-/* All that a draw takes as an index. */
+/* Check everything that a draw uses as an index. */
 static int rbti_check_indices(const rbt_table *table, const rbti_header *h)
 {
     RBTI_REQUIRE(rbti_axis_is_valid(&table->alpha) && rbti_axis_is_valid(&table->speed),
                  RBT_ERR_INDICES);
     RBTI_REQUIRE(rbti_components_are_valid(table, (size_t)rbti_nodes(h)), RBT_ERR_INDICES);
     RBTI_REQUIRE(rbti_trees_are_valid(&table->spin), RBT_ERR_INDICES);
-    RBTI_REQUIRE(!table->laws || rbti_laws_are_valid(table->laws, table->n_laws), RBT_ERR_INDICES);
+    RBTI_REQUIRE(!table->laws || rbti_laws_are_valid(table->laws, table->n_law_parameters),
+                 RBT_ERR_INDICES);
     return RBT_OK;
 }
 

@@ -1,12 +1,16 @@
 #ifndef RBT_DEVICE_ONLY
 
-/* -- SHA-256 (FIPS 180-4) ---------------------------------------------------------------------- */
+/* -- checksum --------------------------------------------------------------------------------------
 
+   SHA-256 of a binary table. Source: FIPS 180-4. */
+
+/* A word rotated to the right by n bits. */
 RBTI_INLINE uint32_t rbti_rotated(uint32_t x, unsigned n)
 {
     return x >> n | x << (32 - n);
 }
 
+/* Add a block of 64 bytes to the state of a digest. */
 static void rbti_sha_block(uint32_t state[8], const uint8_t *block)
 {
     static const uint32_t constants[64] = {
@@ -45,21 +49,21 @@ static void rbti_sha_block(uint32_t state[8], const uint8_t *block)
 }
 
 /* Digest of two ranges of bytes, one behind the other. */
-static void rbti_sha256(const uint8_t *first, size_t n_first, const uint8_t *rest, size_t n_rest,
-                        uint8_t digest[32])
+static void rbti_sha256(const uint8_t *first, size_t n_first, const uint8_t *second,
+                        size_t n_second, uint8_t digest[32])
 {
     uint32_t state[8] = {0x6a09e667u, 0xbb67ae85u, 0x3c6ef372u, 0xa54ff53au,
                          0x510e527fu, 0x9b05688cu, 0x1f83d9abu, 0x5be0cd19u};
-    const size_t n = n_first + n_rest, padded = (n + 8) / 64 * 64 + 64;
+    const size_t n = n_first + n_second, padded = (n + 8) / 64 * 64 + 64;
     for (size_t at = 0; at < padded; at += 64) {
         uint8_t block[64];
         if (at >= n_first && at + 64 <= n) {
-            rbti_sha_block(state, rest + (at - n_first));
+            rbti_sha_block(state, second + (at - n_first));
             continue;
         }
         for (size_t k = at; k < at + 64; k++)
             block[k - at] = (uint8_t)(k < n_first       ? first[k]
-                                      : k < n           ? rest[k - n_first]
+                                      : k < n           ? second[k - n_first]
                                       : k == n          ? 0x80
                                       : k >= padded - 8 ? (uint64_t)n * 8 >> 8 * (padded - 1 - k)
                                                         : 0);

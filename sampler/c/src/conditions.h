@@ -1,13 +1,17 @@
-/* -- spin draw, steps 1 to 3: the condition, its leaf, its features ---------------------------- */
+/* -- spin draw, steps 1 to 3: the condition, its leaf, its features --------------------------------
 
-/* No weight counts below 2^-126. A clamped number is used in a loop of its own: compilers branch on a
-   number that may be a constant. */
+   From the condition of an impact to the features of tables/FORMAT.md, "The spin law", steps 1 to 3.
+   Powers and logarithms are computed here, and not by a library, so that their bits are the same
+   everywhere. */
+
+/* Limit an exponent from below, since no weight counts below 2^-126. The result is used in a separate
+   loop, because compilers branch on a number that may be a constant. */
 RBTI_INLINE RBT_DEVICE float rbti_least_power(float y)
 {
     return y > -126.0f ? y : -126.0f;
 }
 
-/* 2^y of a number from -126 to 0; no library's, and the same in every language. */
+/* 2^y, for y from -126 to 0. */
 RBTI_INLINE RBT_DEVICE float rbti_power_of_two(float y)
 {
     const int32_t n = (int32_t)(y - 0.5f);
@@ -43,7 +47,7 @@ RBTI_INLINE RBT_DEVICE float rbti_logarithm_to_two(float x)
                           q * (0.41219858311113243f + q * 0.3205988979753252f))));
 }
 
-/* exp(-k V_e^n), from V_e. */
+/* Coordinate of the speed, exp(-k V_e^n), from V_e in m/s. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_law *law,
                                                        const double *effective, double *values)
 {
@@ -62,7 +66,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_
         values[r] = (double)rbti_power_of_two(y[r]);
 }
 
-/* Moments of inertia of the grains over m a^2, the smallest and the largest. */
+/* The smallest and the largest moment of inertia of each grain, over m a^2. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_spin_law *law,
                                               rbti_spin_draws *d)
 {
@@ -79,8 +83,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_spin_law *law,
     }
 }
 
-/* Place of an inertia between two moments of inertia, 0 at the least, 1 at the most: with P linear in
-   1 / k, sqrt(P) over sqrt(P) + sqrt(1 - P). Between equal moments it is 1/2. */
+/* Place kappa of an inertia between two moments of inertia, 0 at the smaller and 1 at the larger. With P
+   linear in 1 / k it is sqrt(P) / (sqrt(P) + sqrt(1 - P)). Between equal moments it is 1/2. */
 RBTI_INLINE RBT_DEVICE double rbti_kappa(double inertia, double least, double most)
 {
     const double range = most - least;
@@ -91,7 +95,7 @@ RBTI_INLINE RBT_DEVICE double rbti_kappa(double inertia, double least, double mo
     return apart ? root / (root + other) : 0.5;
 }
 
-/* Inertia of a place between two moments of inertia. */
+/* Inertia at the place kappa between two moments of inertia. */
 RBTI_INLINE RBT_DEVICE double rbti_inertia_at(double kappa, double least, double most)
 {
     const double range = most - least, square = kappa * kappa;
@@ -100,7 +104,7 @@ RBTI_INLINE RBT_DEVICE double rbti_inertia_at(double kappa, double least, double
     return rbti_bounded(least * most / (most - share * range), least, most);
 }
 
-/* Place of an inertia that rebounds of a shape leave, from a word. */
+/* Place kappa of an inertia that rebounds of a shape leave, drawn by a random word. */
 RBTI_INLINE RBT_DEVICE double rbti_drawn_kappa(const rbt_spin_law *law, int32_t shape,
                                                uint32_t word)
 {
@@ -110,20 +114,21 @@ RBTI_INLINE RBT_DEVICE double rbti_drawn_kappa(const rbt_spin_law *law, int32_t 
     return quantiles[k] + (position - k) * (quantiles[k + 1] - quantiles[k]);
 }
 
-/* Inertias about the spin, and their places: the nearest that the grain can have, or drawn ones where
-   they are not known; off[r] is whether one was beyond. Without a spin the place is 0. */
+/* Inertias about the spin, and their places kappa. An inertia is limited to what the grain can have, and
+   is_beyond[r] says whether it lay beyond; an inertia that is not known is drawn. Without a spin kappa is
+   0. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_inertia(size_t m, const rbt_spin_law *law, rbti_spin_draws *d,
-                                              int *off)
+                                              int *is_beyond)
 {
     double *kappa = d->inputs + RBTI_IN_KAPPA * m, square[RBTI_BLOCK] RBTI_ALIGNED;
     int unknown[RBTI_BLOCK] RBTI_ALIGNED, any = 0;
     RBTI_EACH_DRAW(r) {
-        const double given = d->inertia[r], least = d->least[r], most = d->most[r];
+        const double inertia = d->inertia[r], least = d->least[r], most = d->most[r];
         square[r] = rbti_square(d->spin[r], d->spin[m + r], d->spin[2 * m + r]);
-        off[r] = rbti_inertia_is_beyond(given, square[r], least, most);
-        unknown[r] = (given <= 0.0) & (square[r] > 0.0);
+        is_beyond[r] = rbti_inertia_is_beyond(inertia, square[r], least, most);
+        unknown[r] = (inertia <= 0.0) & (square[r] > 0.0);
         any |= unknown[r];
-        d->inertia[r] = rbti_bounded(given, least, most);
+        d->inertia[r] = rbti_bounded(inertia, least, most);
         kappa[r] = square[r] > 0.0 ? rbti_kappa(d->inertia[r], least, most) : 0.0;
     }
     for (size_t r = 0; r < m && any; r++) {
@@ -136,10 +141,10 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inertia(size_t m, const rbt_spin_law *law,
     }
 }
 
-/* -1 if a draw is of the mirror image of its condition, else 1. So sigma_x becomes positive. Within
-   RBTI_FOLD of 0 it is of either image, by a chance that goes from 0 to 1 across the fold: so the law
-   is continuous there, and mirror images of a condition have mirror images of one law. The chance takes
-   the bits of words 0 and 1 that step 4 leaves. */
+/* -1 if a draw is made at the mirror image of its condition, else 1. The law is stored for positive
+   sigma_x only, so a negative one is mirrored. Within RBTI_FOLD of 0 either image is taken, with a chance
+   that goes from 0 to 1 across the fold; so the law is continuous there, and mirror images of a condition
+   have mirror images of one law. The chance takes the bits of words 0 and 1 that step 4 does not use. */
 RBTI_INLINE RBT_DEVICE double rbti_mirror_sign(double sigma_x, uint32_t word_0, uint32_t word_1)
 {
     const double chance = 0.5 + sigma_x * (0.5 / RBTI_FOLD);
@@ -147,23 +152,23 @@ RBTI_INLINE RBT_DEVICE double rbti_mirror_sign(double sigma_x, uint32_t word_0, 
     return ((double)(int32_t)bits + 0.5) / 65536.0 < chance ? 1.0 : -1.0;
 }
 
-/* Coordinate sigma of a spin of a squared size, over the spin. It keeps the direction of a slow spin, on
-   which the law depends however slow it is. */
+/* Coordinate sigma of a spin, over the spin; `square` is the square of its size. The coordinate keeps the
+   direction of a slow spin, because the law depends on it however slow the spin is. */
 RBTI_INLINE RBT_DEVICE double rbti_sigma_over_spin(double square)
 {
     const double core = RBTI_SPIN_CORE / sqrt(square > 0.0 ? square : 1.0);
     return (square > 0.0 ? core : 0.0) + 1.0 / sqrt(sqrt(1.0 + square));
 }
 
-/* Step 1: inputs of the condition, and flags. */
+/* Step 1: the inputs of the condition, and its flags. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, rbti_spin_draws *d,
                                              int *flags)
 {
     const rbt_spin_law *law = &table->spin;
     double effective[RBTI_BLOCK] RBTI_ALIGNED, *inputs = d->inputs;
-    int off[RBTI_BLOCK] RBTI_ALIGNED;
+    int inertia_is_beyond[RBTI_BLOCK] RBTI_ALIGNED;
     rbti_fill_moments(m, law, d);
-    rbti_fill_inertia(m, law, d, off);
+    rbti_fill_inertia(m, law, d, inertia_is_beyond);
     RBTI_EACH_DRAW(r) {
         const double x = d->spin[r], y = d->spin[m + r], z = d->spin[2 * m + r];
         const double square = rbti_square(x, y, z), most = law->most_spin;
@@ -174,7 +179,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
         const double sign = rbti_mirror_sign(scale * x, d->words[r], d->words[m + r]);
         const double sigma_x = sign * (scale * x), sigma_y = sign * (scale * y);
         const double sigma_z = scale * z;
-        flags[r] = rbti_spin_flags(table, d->alpha1[r], d->speed[r], root, square, off[r]);
+        flags[r] = rbti_spin_flags(table, d->alpha1[r], d->speed[r], root, square,
+                                   inertia_is_beyond[r]);
         effective[r] = rbti_effective_speed(table, d->speed[r], root);
         inputs[RBTI_IN_ROOT_ANGLE * m + r] =
             sqrt(rbti_bounded(d->alpha1[r], law->alpha_first, law->alpha_last));
@@ -195,7 +201,7 @@ RBTI_INLINE RBT_DEVICE void rbti_prefetch(const int16_t *numbers, size_t count)
         RBTI_PREFETCH(numbers + k);
 }
 
-/* Step 2: leaf of each draw in the tree of its shape. A negative child is the leaf -1 - child. */
+/* Step 2: the leaf of each draw in the tree of its shape. A negative child means the leaf -1 - child. */
 RBTI_INLINE RBT_DEVICE void rbti_find_leaves(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
 {
     const size_t numbers = RBTI_FEATURES * RBTI_GROUPS;
@@ -212,7 +218,8 @@ RBTI_INLINE RBT_DEVICE void rbti_find_leaves(size_t m, const rbt_spin_law *law, 
         rbti_prefetch(law->group_gates + numbers * (size_t)d->leaf[r], numbers);
 }
 
-/* Step 3: 1, the inputs t less the middle of the leaf, the products of two conditions. */
+/* Step 3: the features. They are 1, the inputs t relative to the middle of the leaf, and the products of
+   two conditions. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law,
                                                rbti_spin_draws *d)
 {
@@ -223,9 +230,9 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law
         const double *inputs = d->inputs + (k < RBTI_IN_SQUARE ? k : k + 1) * m; /* without it */
         float middle[RBTI_BLOCK] RBTI_ALIGNED, scale[RBTI_BLOCK] RBTI_ALIGNED;
         RBTI_EACH_DRAW(r) {
-            const float *of = law->inputs + 2 * RBTI_INPUTS * (size_t)d->leaf[r] + k;
-            middle[r] = of[0];
-            scale[r] = of[RBTI_INPUTS];
+            const float *input = law->inputs + 2 * RBTI_INPUTS * (size_t)d->leaf[r] + k;
+            middle[r] = input[0];
+            scale[r] = input[RBTI_INPUTS];
         }
         RBTI_EACH_DRAW(r)
             features[(1 + k) * m + r] = ((float)inputs[r] - middle[r]) * scale[r];

@@ -1,7 +1,11 @@
-/* -- spin draw, steps 4 and 5: an expert, and its scores --------------------------------------- */
+/* -- spin draw, steps 4 and 5: an expert, and its scores -------------------------------------------
 
-/* Eight numbers that one instruction takes, where compilers have them. As a loop over an array the sums
-   below would wait for memory in every row. */
+   From features to scores, in single precision, as tables/FORMAT.md, "The spin law", steps 4 and 5.
+   Features choose one of 8 groups of a leaf and one of 16 experts of the group, by a softmax of linear
+   forms; the scores are normal, with the means and the factor of the expert. */
+
+/* Eight numbers that one instruction takes, if the compiler has such types. If the sums below were loops
+   over an array, they would wait for memory in every row. */
 #if defined(__GNUC__) && !defined(RBTI_GPU) && (defined(__clang__) || __GNUC__ >= 9)
 #define RBTI_VECTORS 1
 typedef int16_t rbti_shorts __attribute__((vector_size(16)));
@@ -16,8 +20,8 @@ RBTI_INLINE void rbti_load_eight(const int16_t *numbers, rbti_singles *eight)
 }
 #endif
 
-/* Add a vector times a matrix to eight sums: eight numbers of each of `rows` rows, of which one begins
-   `width` numbers behind the one before. factors[row m] is that of a row. */
+/* Add a vector times a matrix to eight sums. The matrix has `rows` rows of eight numbers, each of which
+   begins `width` numbers behind the row before; factors[row m] is the number of the vector for a row. */
 RBTI_INLINE RBT_DEVICE void rbti_add_rows(size_t m, size_t rows, const int16_t *numbers,
                                           size_t width, const float *factors, float *sums)
 {
@@ -36,7 +40,8 @@ RBTI_INLINE RBT_DEVICE void rbti_add_rows(size_t m, size_t rows, const int16_t *
 #endif
 }
 
-/* The same of a triangle, row k of which has the sums from k to `rows`: they lie behind one another. */
+/* The same for a triangular matrix, whose row k has numbers for the sums from k to `rows`. Its rows
+   follow one another without gaps. */
 RBTI_INLINE RBT_DEVICE void rbti_add_triangle(size_t m, size_t rows, const int16_t *numbers,
                                               const float *factors, float *sums)
 {
@@ -60,7 +65,8 @@ RBTI_INLINE RBT_DEVICE void rbti_add_triangle(size_t m, size_t rows, const int16
 #endif
 }
 
-/* Logits of `count` choices for each draw: features times coefficients of its place among the gates. */
+/* Logits of `count` choices for each draw: its features times the coefficients at its place among the
+   gates. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, size_t count, const int16_t *gates,
                                              const int32_t *places, const float *features,
                                              float *logits)
@@ -77,7 +83,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, size_t count, const int16
     }
 }
 
-/* Logits to weights, their exponentials over the largest one. */
+/* Turn logits into weights: their exponentials over the largest of them. */
 RBTI_INLINE RBT_DEVICE void rbti_to_weights(size_t m, size_t count, float *logits)
 {
     float most[RBTI_BLOCK] RBTI_ALIGNED;
@@ -97,7 +103,8 @@ RBTI_INLINE RBT_DEVICE void rbti_to_weights(size_t m, size_t count, float *logit
     }
 }
 
-/* A choice for each draw by weights, which become running sums, and the upper 24 bits of a word. */
+/* Make a choice for each draw, by its weights and the upper 24 bits of a random word. The weights become
+   running sums. */
 RBTI_INLINE RBT_DEVICE void rbti_pick(size_t m, size_t count, float *weights,
                                       const uint32_t *words, int32_t *picked)
 {
@@ -117,7 +124,7 @@ RBTI_INLINE RBT_DEVICE void rbti_pick(size_t m, size_t count, float *weights,
     }
 }
 
-/* Step 4: group of experts and expert of each draw, numbered through all leaves. */
+/* Step 4: the group of experts and the expert of each draw, numbered through all leaves. */
 RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, size_t outcomes, const rbt_spin_law *law,
                                                rbti_spin_draws *d)
 {
@@ -139,8 +146,8 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, size_t outcomes, const 
     }
 }
 
-/* Step 5: normals to scores, by means and factor of the expert. Eight sums are made, of which those of
-   the outcomes count. */
+/* Step 5: normal numbers become scores, by the means and the factor of the expert. Eight sums are always
+   made; only those of outcomes are used. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, size_t outcomes, const rbt_spin_law *law,
                                              rbti_spin_draws *d)
 {

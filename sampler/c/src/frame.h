@@ -1,8 +1,9 @@
 /* -- rebounds: the lab frame and the frame of the impact ------------------------------------------
 
+   Velocities in the lab frame, m/s, and angular velocities, rad/s, to the state of an impact and back.
    The frame of the impact has y along the wall normal into the gas, x along the tangential part of the
-   velocity relative to the wall, and z = x cross y. At normal impact, where there is no tangential
-   part, the direction of x is drawn from word 8. */
+   velocity relative to the wall, and z = x cross y. At normal impact, where there is no tangential part,
+   the direction of x is drawn from word 8. */
 
 RBTI_INLINE RBT_DEVICE double rbti_dot(const double a[3], const double b[3])
 {
@@ -65,6 +66,7 @@ RBTI_INLINE RBT_DEVICE void rbti_along_wall(const double relative[3], const doub
     rbti_unit(e_x, e_x);
 }
 
+/* Vector of the lab frame from its components along three axes, times a scale. */
 RBTI_INLINE RBT_DEVICE void rbti_along_axes(const double state[3], const double e_x[3],
                                             const double e_y[3], const double e_z[3], double scale,
                                             double out[3])
@@ -74,12 +76,15 @@ RBTI_INLINE RBT_DEVICE void rbti_along_axes(const double state[3], const double 
     rbti_combine(scale, plane, scale * state[2], e_z, out);
 }
 
-/* An impact: condition, frame and wall. */
+/* An impact. */
 typedef struct rbti_impact {
-    double relative[3], wall[3], e_x[3], e_y[3], e_z[3], alpha1, speed, half_size;
+    double relative[3], wall[3];   /* velocity relative to the wall, and of the wall, m/s */
+    double e_x[3], e_y[3], e_z[3]; /* axes of its frame */
+    double alpha1, speed;          /* impact angle, rad, and speed, m/s */
+    double half_size;              /* m */
 } rbti_impact;
 
-/* Negative code for numbers from which no impact can be made, else RBT_OK. */
+/* Check the numbers of an impact. Returns RBT_OK or an error. */
 RBTI_INLINE RBT_DEVICE int rbti_impact_status(const double velocity[3], const double normal[3],
                                               double half_size, const double wall[3])
 {
@@ -92,7 +97,8 @@ RBTI_INLINE RBT_DEVICE int rbti_impact_status(const double velocity[3], const do
                                                                                : RBT_OK;
 }
 
-/* Impact angle from the wall, rad, not positive if receding; and the tangential speed. */
+/* Impact angle from the wall, rad, and the tangential speed. If the particle recedes the angle is not
+   above 0. */
 RBTI_INLINE RBT_DEVICE double rbti_impact_angle(const double relative[3], const double e_y[3],
                                                 double *tangential)
 {
@@ -103,7 +109,8 @@ RBTI_INLINE RBT_DEVICE double rbti_impact_angle(const double relative[3], const 
     return atan2(approach, *tangential);
 }
 
-/* Unit vector along the tangential velocity; at normal impact its azimuth is drawn. */
+/* Unit vector along the tangential velocity. At normal impact, where there is none, its azimuth is drawn.
+   */
 RBTI_INLINE RBT_DEVICE void rbti_tangent(const double relative[3], const double e_y[3],
                                          double tangential, double speed, uint64_t seed,
                                          uint64_t index, uint32_t hit, double e_x[3])
@@ -117,7 +124,7 @@ RBTI_INLINE RBT_DEVICE void rbti_tangent(const double relative[3], const double 
     }
 }
 
-/* Angle, speed and frame of an impact. */
+/* Find angle, speed and frame of an impact. Returns RBT_OK or an error. */
 RBTI_INLINE RBT_DEVICE int rbti_find_impact(const double velocity[3], const double normal[3],
                                             double half_size, const double *wall_velocity,
                                             uint64_t seed, uint64_t index, uint32_t hit,
@@ -142,7 +149,8 @@ RBTI_INLINE RBT_DEVICE int rbti_find_impact(const double velocity[3], const doub
     return RBT_OK;
 }
 
-/* Angular velocity in the lab frame to spin in the frame of the impact. */
+/* Turn an angular velocity of the lab frame into a spin in the frame of the impact. Returns RBT_OK or an
+   error. */
 RBTI_INLINE RBT_DEVICE int rbti_to_spin(const rbti_impact *impact, const double omega[3],
                                         double spin[3])
 {
@@ -155,7 +163,7 @@ RBTI_INLINE RBT_DEVICE int rbti_to_spin(const rbti_impact *impact, const double 
     return RBT_OK;
 }
 
-/* A drawn state in the lab frame. */
+/* Turn a drawn state into a velocity and an angular velocity in the lab frame. */
 RBTI_INLINE RBT_DEVICE void rbti_to_lab_frame(const rbti_impact *impact, const double state[6],
                                               double velocity[3], double omega[3])
 {

@@ -1,7 +1,10 @@
 /* -- grains ---------------------------------------------------------------------------------------
 
-   A grain is a shape and the ratios b/a and c/b of its half-sizes, from random words of its own. */
+   The grain of a particle: a shape, by its code, and the ratios b/a and c/b of its half-sizes. It is a
+   function of (seed, index), or with fresh grains of (seed, index, hit). Ratios follow truncated normal
+   laws. Source of the normal quantile: Wichura, algorithm AS 241, Appl. Statist. 37 (1988) 477-484. */
 
+/* Value of a polynomial of degree 7; the highest coefficient comes first. */
 RBTI_INLINE RBT_DEVICE double rbti_horner(const double c[8], double x)
 {
     double sum = c[0];
@@ -10,7 +13,7 @@ RBTI_INLINE RBT_DEVICE double rbti_horner(const double c[8], double x)
     return sum;
 }
 
-/* Standard normal quantile, algorithm AS 241: for |p - 1/2| <= 0.425 in q = p - 1/2, and beyond. */
+/* Standard normal quantile at p = 1/2 + q, for |q| <= 0.425. */
 RBTI_INLINE RBT_DEVICE double rbti_central_quantile(double q)
 {
     const double num[8] = {2.5090809287301226727e3, 3.3430575583588128105e4,
@@ -25,6 +28,7 @@ RBTI_INLINE RBT_DEVICE double rbti_central_quantile(double q)
     return q * (rbti_horner(num, r) / rbti_horner(den, r));
 }
 
+/* Standard normal quantile at p, for |p - 1/2| > 0.425. */
 RBTI_INLINE RBT_DEVICE double rbti_outer_quantile(double p)
 {
     const double near_num[8] = {7.74545014278341407640e-4, 2.27238449892691845833e-2,
@@ -51,7 +55,8 @@ RBTI_INLINE RBT_DEVICE double rbti_outer_quantile(double p)
     return p < 0.5 ? -tail : tail;
 }
 
-/* Ratios of one kind, b/a or c/b, from words. */
+/* Ratios of one kind, b/a or c/b, from random words. `law` is the mean, the deviation, and the lowest and
+   the highest probability of the truncated normal law. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_ratios(size_t m, const double law[4], const uint32_t *words,
                                              double *ratios)
 {
@@ -66,27 +71,27 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_ratios(size_t m, const double law[4], cons
             ratios[r] = rbti_outer_quantile(p[r]);
     RBTI_EACH_DRAW(r) {
         double ratio = deviation > 0.0 ? mean + deviation * ratios[r] : mean;
-        /* no law that was simulated goes beyond; whatever stands in a file is finite so */
+        /* laws that were simulated stay within this range; the limits keep damaged files finite */
         ratio = ratio > RBTI_LEAST_RATIO ? ratio : RBTI_LEAST_RATIO;
         ratios[r] = ratio < 1.0 ? ratio : 1.0;
     }
 }
 
-/* Grains of particles: given ones, or those of a seed. All bounces of one hit have the same, though each
-   has a seed of its own. */
+/* Where the grains of particles come from: the caller prescribes them, or they belong to a seed. All
+   bounces of one hit have the same grain, although each bounce has a seed of its own. */
 typedef struct rbti_grains {
-    const double *given; /* 3 numbers a particle: shape code, b/a, c/b; NULL: grains of the seed */
+    const double *prescribed; /* 3 numbers a particle: shape code, b/a, c/b; NULL: grains of the seed */
     uint64_t seed;
     int fresh; /* whether a particle has another grain at each hit */
 } rbti_grains;
 
-/* Row k of an array of vectors that may be NULL. */
+/* Row k of an array of vectors, NULL if there is no array. */
 RBTI_INLINE RBT_DEVICE const double *rbti_vector_of(const double *vectors, size_t k)
 {
     return vectors ? vectors + 3 * k : NULL;
 }
 
-/* Row of a shape among those of the law; n_shapes if none. */
+/* Row of a shape among the shapes of the law; n_shapes if the law does not have it. */
 RBTI_INLINE RBT_DEVICE int32_t rbti_row_of_shape(const rbt_spin_law *law, double code)
 {
     int32_t row = 0;
@@ -95,7 +100,7 @@ RBTI_INLINE RBT_DEVICE int32_t rbti_row_of_shape(const rbt_spin_law *law, double
     return row;
 }
 
-/* Whether a given grain has a shape of the law, and ratios in range. */
+/* Whether a grain has a shape of the law, and ratios in range. */
 RBTI_INLINE RBT_DEVICE int rbti_grain_is_known(const rbt_spin_law *law, const double grain[3])
 {
     const int finite = rbti_finite(grain[1]) && rbti_finite(grain[2]);
@@ -104,30 +109,31 @@ RBTI_INLINE RBT_DEVICE int rbti_grain_is_known(const rbt_spin_law *law, const do
     return finite && !outside && rbti_row_of_shape(law, grain[0]) < law->n_shapes;
 }
 
-/* Given grains; a block that is not full repeats its last one. */
+/* Take the grains that the caller prescribes. A block that is not full repeats its last grain. */
 RBTI_INLINE RBT_DEVICE void rbti_take_grains(size_t m, const rbt_spin_law *law,
-                                             const double *given, size_t count, int32_t *shapes,
+                                             const double *prescribed, size_t count, int32_t *shapes,
                                              double *ratios)
 {
     RBTI_EACH_DRAW(r) {
-        const double *grain = given + 3 * (r < count ? r : count - 1);
-        const int holds = rbti_grain_is_known(law, grain); /* else the row has an error */
-        shapes[r] = holds ? rbti_row_of_shape(law, grain[0]) : 0;
-        ratios[r] = holds ? rbti_bounded(grain[1], RBTI_LEAST_RATIO, 1.0) : 1.0;
-        ratios[m + r] = holds ? rbti_bounded(grain[2], RBTI_LEAST_RATIO, 1.0) : 1.0;
+        const double *grain = prescribed + 3 * (r < count ? r : count - 1);
+        /* a row whose grain is not known has an error, and takes a grain that can be drawn */
+        const int is_known = rbti_grain_is_known(law, grain);
+        shapes[r] = is_known ? rbti_row_of_shape(law, grain[0]) : 0;
+        ratios[r] = is_known ? rbti_bounded(grain[1], RBTI_LEAST_RATIO, 1.0) : 1.0;
+        ratios[m + r] = is_known ? rbti_bounded(grain[2], RBTI_LEAST_RATIO, 1.0) : 1.0;
     }
 }
 
-/* Grains of a seed, from words of their own. */
+/* Grains of a seed, from random words that no draw takes. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_spin_law *law, uint64_t seed,
                                              int fresh, const uint64_t *index,
                                              const uint32_t *hit, size_t count, int32_t *shapes,
                                              double *ratios)
 {
-    uint32_t own[RBTI_BLOCK] RBTI_ALIGNED, words[8 * RBTI_BLOCK] RBTI_ALIGNED;
+    uint32_t zeros[RBTI_BLOCK] RBTI_ALIGNED, words[8 * RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r)
-        own[r] = 0;
-    const uint32_t *hits = fresh ? hit : own;
+        zeros[r] = 0;
+    const uint32_t *hits = fresh ? hit : zeros;
     for (uint32_t block = 0; block < 2; block++)
         rbti_fill_words(m, block, seed ^ RBTI_SIMULATION_KEY, index, hits, count,
                         words + 4 * block * m);
@@ -154,10 +160,10 @@ RBT_API RBT_DEVICE int rbt_grains(const rbt_table *table, size_t n, uint64_t see
     if (table->spin.n_shapes == 0)
         return RBT_ERR_NO_SPIN_LAW;
     for (size_t k = 0; k < n; k++) {
-        const uint32_t none = 0;
+        const uint32_t zero = 0;
         int32_t shape[RBTI_BLOCK];
         double ratios[2 * RBTI_BLOCK];
-        rbti_fill_grains(1, &table->spin, seed, hit != NULL, index + k, hit ? hit + k : &none, 1,
+        rbti_fill_grains(1, &table->spin, seed, hit != NULL, index + k, hit ? hit + k : &zero, 1,
                          shape, ratios);
         grains[3 * k] = (double)table->spin.shape_codes[shape[0]];
         grains[3 * k + 1] = ratios[0];

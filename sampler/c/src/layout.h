@@ -1,4 +1,7 @@
-/* -- reading a binary table, whose layout is in tables/FORMAT.md ---------------------------------- */
+/* -- the layout of a binary table ------------------------------------------------------------------
+
+   The header of the file, its limits, and its arrays; tables/FORMAT.md describes them, and
+   sampler/formats/binary_layout.py defines them. All numbers are little-endian. */
 
 /* The header of the file. */
 /* begin header */
@@ -11,7 +14,7 @@ typedef struct rbti_header {
     char pair[128];
     uint32_t n_alpha, n_speed, n_alpha_grid, n_speed_grid, n_knots, n_components, n_classes,
         n_channels, n_marginals, stride, n_columns, n_shapes, n_nodes, n_leaves, n_spin_knots,
-        n_outcomes, n_laws, flags;
+        n_outcomes, n_law_parameters, flags;
     int8_t channels[8], marginals[8], columns[8];
     int32_t alpha_offset, speed_offset;
     double alpha_first, alpha_last, alpha_origin, alpha_scale, speed_first, speed_last,
@@ -52,7 +55,7 @@ typedef struct rbti_header {
     DO(law, n_leaves, 1, 1048576)                                                                  \
     DO(law, n_spin_knots, 2, 4096)                                                                 \
     DO(law, n_outcomes, 7, 8)                                                                      \
-    DO(spheres, n_laws, 8, 1048576)                                                                \
+    DO(spheres, n_law_parameters, 8, 1048576)                                                      \
     DO(1, n_columns, 1, 8)
 /* DO(array, member of rbt_table, type, count that is 0 without it, rows, numbers of a
    row, extra numbers) */
@@ -86,17 +89,17 @@ typedef struct rbti_header {
     DO(gates, spin.gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)8 * 30 * 16, 0)             \
     DO(experts, spin.experts, int16_t, h->n_leaves, h->n_leaves, (uint64_t)128 *                   \
        rbti_expert_stride(h->n_outcomes), 8)                                                       \
-    DO(laws, laws, double, h->n_laws, h->n_laws, 1, 0)
+    DO(laws, laws, double, h->n_law_parameters, h->n_law_parameters, 1, 0)
 /* end checks */
 
-/* End a function with a code where something does not hold. */
+/* Return a code from a function if something does not hold. */
 #define RBTI_REQUIRE(holds, code)                                                                     \
     do {                                                                                           \
         if (!(holds))                                                                              \
             return (code);                                                                         \
     } while (0)
 
-/* End a function with the code of a check that fails. */
+/* Return the code of a check that fails. */
 #define RBTI_CHECK(check)                                                                          \
     do {                                                                                           \
         const int failed = (check);                                                                \
@@ -106,11 +109,13 @@ typedef struct rbti_header {
 
 #ifndef RBT_DEVICE_ONLY
 
+/* Number of nodes of a table. */
 static uint64_t rbti_nodes(const rbti_header *header)
 {
     return (uint64_t)header->n_alpha * header->n_speed;
 }
 
+/* Number of cells between nodes. An axis of one node has one cell. */
 static uint64_t rbti_cells(const rbti_header *header)
 {
     const uint64_t rows = header->n_alpha > 1 ? header->n_alpha - 1 : 1;

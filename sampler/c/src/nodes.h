@@ -1,8 +1,9 @@
 /* -- the first-impact draw -----------------------------------------------------------------------
 
-   The law of particles that arrive without spin. A table has nodes of impact angle and speed, and a cell
-   between each four of them. A node has a mixture of components, each of one of the classes of
-   rebounds. The arrays are those of tables/FORMAT.md, "Binary table", the steps those of "A draw":
+   The law of first impacts: states over V and a/V of particles that arrive without spin, from the impact
+   angle, rad, and speed, m/s. A table has nodes of impact angle and speed, and a cell between each four
+   of them. A node has a mixture of components, each of which belongs to one of the classes of rebounds.
+   The arrays are those of tables/FORMAT.md, "Binary table", and the steps those of "A draw":
 
      words  rbti_fill_words        Philox4x32-10 of (seed, index, hit)
      1      rbti_locate            cell of the condition, weights of its nodes
@@ -13,20 +14,21 @@
      5      rbti_fill_channel      quantiles at these places, averaged over the nodes
             rbti_to_states         channels to variables of the state */
 
+/* The draws of a block, and what the steps leave for the steps behind them. */
 typedef struct rbti_draws {
-    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK];
-    uint32_t words[12 * RBTI_BLOCK];
-    double alpha_weight[RBTI_BLOCK], speed_weight[RBTI_BLOCK];
+    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK];                /* rad, m/s */
+    uint32_t words[12 * RBTI_BLOCK];                             /* random words */
+    double alpha_weight[RBTI_BLOCK], speed_weight[RBTI_BLOCK];   /* of the upper nodes of the cell */
     float weights[4 * RBTI_BLOCK]; /* of the nodes of the cell */
-    int32_t alpha_node[RBTI_BLOCK], speed_node[RBTI_BLOCK];
+    int32_t alpha_node[RBTI_BLOCK], speed_node[RBTI_BLOCK]; /* lower nodes of the cell */
     int32_t record[RBTI_BLOCK];    /* first number of the mixture component's record */
     int32_t functions[RBTI_BLOCK]; /* first quantile function of the cell and class */
     float values[RBTI_NAMES * RBTI_BLOCK];    /* normals, then fractions, by row of the factor */
     int32_t entries[RBTI_NAMES * RBTI_BLOCK]; /* quantiles at the knot below, by row */
-    double channels[RBTI_CHANNELS * RBTI_BLOCK];
+    double channels[RBTI_CHANNELS * RBTI_BLOCK]; /* quantiles, by RBTI_OF_... */
 } rbti_draws;
 
-/* Flags of a condition, without branches: one range for both laws. */
+/* Flags of a condition, without branches. Both laws have one range. */
 RBTI_INLINE RBT_DEVICE int rbti_flags(const rbt_table *table, double alpha1, double speed)
 {
     const double *measured = table->valid_speed;
@@ -36,7 +38,7 @@ RBTI_INLINE RBT_DEVICE int rbti_flags(const rbt_table *table, double alpha1, dou
 }
 
 #ifdef RBTI_BLOCKS
-/* Whether nothing can be drawn at a condition, without branches; rbti_error says why. */
+/* Whether a condition cannot be drawn, without branches; rbti_error says why. */
 RBTI_INLINE RBT_DEVICE int rbti_cannot_be_drawn(double alpha1, double speed)
 {
     const int steep = rbti_is_outside(alpha1, 0.0, RBTI_HALF_PI);
@@ -45,6 +47,7 @@ RBTI_INLINE RBT_DEVICE int rbti_cannot_be_drawn(double alpha1, double speed)
 }
 #endif
 
+/* Error of a condition, or RBT_OK. */
 RBTI_INLINE RBT_DEVICE int rbti_error(double alpha1, double speed)
 {
     if (!(rbti_finite(alpha1) && rbti_finite(speed)))
@@ -54,11 +57,11 @@ RBTI_INLINE RBT_DEVICE int rbti_error(double alpha1, double speed)
     return speed <= 0.0 ? RBT_ERR_SPEED_NOT_POSITIVE : RBT_OK;
 }
 
-/* Lower nodes of the cell on an axis; weights of the upper ones. */
-RBTI_INLINE RBT_DEVICE void rbti_locate(size_t m, const rbt_axis *of, const double *values,
+/* Step 1: the lower nodes of the cells on an axis, and the weights of the upper nodes. */
+RBTI_INLINE RBT_DEVICE void rbti_locate(size_t m, const rbt_axis *grid, const double *values,
                                         int32_t *nodes, double *weights)
 {
-    const rbt_axis axis = *of;
+    const rbt_axis axis = *grid; /* a copy, so that compilers keep it in registers */
     RBTI_EACH_DRAW(r) {
         const double value = rbti_bounded(values[r], axis.first, axis.last);
         const double position =
@@ -72,16 +75,17 @@ RBTI_INLINE RBT_DEVICE void rbti_locate(size_t m, const rbt_axis *of, const doub
         lower = lower < axis.nodes - 2 ? lower : axis.nodes - 2;
         lower = lower > 0 ? lower : 0;
         const double most = axis.nodes > 1 ? 1.0 : 0.0;
-        double rest = x - (lower + axis.offset);
-        rest = rest > 0.0 ? rest : 0.0;
-        weights[r] = rest < most ? rest : most;
+        double weight = x - (lower + axis.offset);
+        weight = weight > 0.0 ? weight : 0.0;
+        weights[r] = weight < most ? weight : most;
         nodes[r] = lower;
     }
 }
 
-/* Weights of the four nodes; one of them with these weights, by the upper 20 bits of word 1; column
-   of its alias table and place in it in units of 2^-16: integer and fractional part of word 0 times
-   the number of columns over 2^32, in 32 bits. */
+/* Step 2: the weights of the four nodes of a cell, and one of the nodes, chosen with these weights by the
+   upper 20 bits of word 1. Also the column of its alias table, and the place in that column in units of
+   2^-16: these are the integer and the fractional part of word 0 times the number of columns over 2^32,
+   computed in 32 bits. */
 RBTI_INLINE RBT_DEVICE void rbti_choose_node(size_t m, const rbt_table *table, rbti_draws *d,
                                              int32_t *node, int32_t *column, uint32_t *fraction)
 {
@@ -109,7 +113,8 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_node(size_t m, const rbt_table *table, r
     }
 }
 
-/* One mixture component of the node, by the alias method, and its class. */
+/* Step 3: one component of the mixture of the node, by the alias method, and the class of the component.
+   */
 RBTI_INLINE RBT_DEVICE void rbti_choose_component(size_t m, const rbt_table *table, rbti_draws *d)
 {
     const int32_t components = table->n_components, classes = table->n_classes;
@@ -145,7 +150,7 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_component(size_t m, const rbt_table *tab
 /* Pairs of 16-bit numbers in the longest record, of 8 channels. */
 #define RBTI_PAIRS 23
 
-/* Records, number by number: factors[k][r] is number k of the record of draw r. */
+/* Read records number by number: factors[k m + r] becomes number k of the record of draw r. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_factors(size_t m, const rbt_table *table, int32_t n,
                                               const int32_t *records, float *factors)
 {
@@ -165,7 +170,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_factors(size_t m, const rbt_table *table, 
     }
 }
 
-/* Normals to variates mean + L n, reflected or not, and these to fractions between knots. */
+/* Step 4: normal numbers n become variates mean + L n, reflected or not, and these become fractions
+   between two knots. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_variates(size_t m, const rbt_table *table, int32_t n,
                                                rbti_draws *d)
 {
@@ -211,7 +217,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_variates(size_t m, const rbt_table *table,
     }
 }
 
-/* Quantiles of one channel between knots, averaged over the four nodes. */
+/* Step 5: the quantile of one channel between two knots, averaged over the four nodes. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_channel(size_t m, const rbt_table *table, int32_t row,
                                               const rbti_draws *d, double *channel)
 {
@@ -264,14 +270,15 @@ RBTI_INLINE RBT_DEVICE void rbti_place_channel(size_t m, const rbt_table *table,
 #endif
 }
 
-/* Whether the table has a variable. */
+/* Whether the table has a variable, RBT_U to RBT_WORK_SHEAR. */
 RBTI_INLINE RBT_DEVICE int rbti_has_variable(const rbt_table *table, int variable)
 {
     return table->variable_bits >> variable & 1u;
 }
 
-/* Channels to variables of the state, as tables/FORMAT.md gives them: the first six, or all ten, of
-   `count` draws. */
+/* Channels become variables of the state, as tables/FORMAT.md gives them: the first six or all ten
+   variables of `count` draws. The name after_x is the share of the energy that is neither in x nor in
+   what came before x. */
 RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables,
                                            const rbt_table *table, const rbti_draws *d,
                                            double *states)
@@ -285,22 +292,22 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
     const double *energy_hat = d->channels + RBTI_OF_ENERGY_HAT * m;
     const double *collisions = d->channels + RBTI_OF_COLLISIONS * m;
     const double *normal_hat = d->channels + RBTI_OF_NORMAL_HAT * m;
-    double u[RBTI_BLOCK] RBTI_ALIGNED, w[RBTI_BLOCK] RBTI_ALIGNED, rest[RBTI_BLOCK] RBTI_ALIGNED;
-    double normal[RBTI_BLOCK] RBTI_ALIGNED, left[RBTI_BLOCK] RBTI_ALIGNED;
+    double u[RBTI_BLOCK] RBTI_ALIGNED, w[RBTI_BLOCK] RBTI_ALIGNED, after_u[RBTI_BLOCK] RBTI_ALIGNED;
+    double normal[RBTI_BLOCK] RBTI_ALIGNED, after_w[RBTI_BLOCK] RBTI_ALIGNED;
     double shorter[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r) {
         const double n = normal_hat[r], square = n * n, fourth = square * square;
         const double x = omega_x[r], y = omega_y[r], z = omega_z[r];
         const double after_v = (1.0 - v[r]) * (1.0 + v[r]);
-        /* the factor is exactly 1 where a table has no works */
+        /* if the table has no works, this factor is exactly 1 */
         const double after_n = after_v * ((1.0 - n) * (1.0 + n) * (1.0 + square + fourth));
         normal[r] = fourth * square * after_v;
-        rest[r] = after_n * ((1.0 - u_hat[r]) * (1.0 + u_hat[r]));
+        after_u[r] = after_n * ((1.0 - u_hat[r]) * (1.0 + u_hat[r]));
         u[r] = u_hat[r] * sqrt(after_n);
-        w[r] = w_hat[r] * sqrt(rest[r]);
-        left[r] = rest[r] * ((1.0 - w_hat[r]) * (1.0 + w_hat[r]));
-        /* no rotation with more energy than is there, whatever the quantiles are; mostly exactly 1 */
-        const double energy = left[r] + normal[r], turns = least * (x * x + y * y + z * z);
+        w[r] = w_hat[r] * sqrt(after_u[r]);
+        after_w[r] = after_u[r] * ((1.0 - w_hat[r]) * (1.0 + w_hat[r]));
+        /* a rotation has no more energy than is there, whatever the quantiles are; mostly exactly 1 */
+        const double energy = after_w[r] + normal[r], turns = least * (x * x + y * y + z * z);
         shorter[r] = sqrt(energy / (turns > energy ? turns : energy));
     }
     for (size_t r = 0; r < count; r++) {
@@ -312,16 +319,16 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
         state[RBT_OMEGA_Y] = omega_y[r] * shorter[r];
         state[RBT_OMEGA_Z] = omega_z[r] * shorter[r];
         if (variables > 6) {
-            state[RBT_ROTATIONAL_ENERGY] = energy_hat[r] * left[r];
+            state[RBT_ROTATIONAL_ENERGY] = energy_hat[r] * after_w[r];
             state[RBT_COLLISIONS] = floor(collisions[r]);
             state[RBT_WORK_NORMAL] = rbti_has_variable(table, RBT_WORK_NORMAL) ? normal[r] : 0.0;
             state[RBT_WORK_SHEAR] =
-                rbti_has_variable(table, RBT_WORK_SHEAR) ? (1.0 - energy_hat[r]) * left[r] : 0.0;
+                rbti_has_variable(table, RBT_WORK_SHEAR) ? (1.0 - energy_hat[r]) * after_w[r] : 0.0;
         }
     }
 }
 
-/* Draws with conditions that may be drawn at; n is the number of channels. */
+/* All steps, for conditions that can be drawn. n is the number of channels. */
 RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, int32_t n,
                                             uint64_t seed, const uint64_t *index,
                                             const uint32_t *hit, size_t count, int variables,
@@ -358,8 +365,8 @@ RBTI_NOT_INLINED RBT_DEVICE void rbti_draw_channels(const rbt_table *table, doub
     rbti_take_steps(1, table, table->n_channels, seed, &index, &hit, 1, variables, &draws, state);
 }
 
-/* One draw of the first six or of all variables. Where the number of channels is known, a device needs
-   registers only. */
+/* One draw of the first six or of all variables. If the number of channels is known, a device needs only
+   registers. */
 RBTI_INLINE RBT_DEVICE void rbti_draw_node(const rbt_table *table, double alpha1, double speed,
                                            uint64_t seed, uint64_t index, uint32_t hit,
                                            int variables, double *state)
@@ -383,17 +390,17 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_node(const rbt_table *table, double alpha1
 
 #ifdef RBTI_BLOCKS
 
-/* Conditions of a block of rows from one on, and their codes. Where a row has an error, a condition of
-   the table stands in, so that all can be drawn. */
-RBTI_INLINE void rbti_take_conditions(const rbt_table *table, const rbt_conditions *given,
+/* Take the conditions of a block of rows from `first` on, and fill their codes. A row with an error takes
+   a condition of the table, so that the whole block can be drawn. */
+RBTI_INLINE void rbti_take_conditions(const rbt_table *table, const rbt_conditions *conditions,
                                       size_t first, size_t count, rbti_draws *d, int *codes)
 {
     const size_t m = RBTI_BLOCK;
     int bad = 0;
     RBTI_EACH_DRAW(r) {
         const size_t k = first + (r < count ? r : count - 1);
-        d->alpha1[r] = given->alpha1[k];
-        d->speed[r] = given->speed[k];
+        d->alpha1[r] = conditions->alpha1[k];
+        d->speed[r] = conditions->speed[k];
     }
     RBTI_EACH_DRAW(r) {
         codes[r] = rbti_flags(table, d->alpha1[r], d->speed[r]);
@@ -409,15 +416,15 @@ RBTI_INLINE void rbti_take_conditions(const rbt_table *table, const rbt_conditio
     }
 }
 
-/* Draws of a block of rows, and their codes; without `states` the codes alone. */
+/* Draw a block of rows and fill their codes. If `states` is NULL only the codes are written. */
 RBTI_BATCH_CLONES
-static void rbti_draw_nodes(const rbt_table *table, const rbt_conditions *given, size_t first,
+static void rbti_draw_nodes(const rbt_table *table, const rbt_conditions *conditions, size_t first,
                             size_t count, uint64_t seed, int variables, double *states, int *codes)
 {
     rbti_draws draws RBTI_ALIGNED;
-    const uint64_t *index = given->index + first;
-    const uint32_t *hit = given->hit + first;
-    rbti_take_conditions(table, given, first, count, &draws, codes);
+    const uint64_t *index = conditions->index + first;
+    const uint32_t *hit = conditions->hit + first;
+    rbti_take_conditions(table, conditions, first, count, &draws, codes);
     if (!states)
         return;
     rbti_take_steps(RBTI_BLOCK, table, table->n_channels, seed, index, hit, count, variables, &draws,

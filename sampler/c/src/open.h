@@ -1,4 +1,6 @@
-/* -- opening and closing ----------------------------------------------------------------------- */
+/* -- opening and closing ---------------------------------------------------------------------------
+
+   A file is mapped where the system can do that, and read into memory otherwise. */
 
 #ifdef RBTI_MMAP
 
@@ -7,7 +9,7 @@ RBT_API int rbt_open(const char *path, rbt_table **table)
     RBTI_REQUIRE(table, RBT_ERR_MISSING);
     *table = NULL;
     RBTI_REQUIRE(path, RBT_ERR_MISSING);
-    const int file = open(path, O_RDONLY | O_NONBLOCK); /* a pipe is not waited for */
+    const int file = open(path, O_RDONLY | O_NONBLOCK); /* opening a pipe would wait for its writer */
     if (file < 0)
         return RBT_ERR_NOT_OPENED;
     struct stat about;
@@ -15,7 +17,7 @@ RBT_API int rbt_open(const char *path, rbt_table **table)
         close(file);
         return RBT_ERR_NOT_READ;
     }
-    /* not compared as off_t, which has 32 bits on some machines */
+    /* compared as 64 bits, since off_t has 32 bits on some machines */
     if (about.st_size <= 0 || (uint64_t)about.st_size >= RBTI_MOST_BYTES) {
         close(file);
         return about.st_size <= 0 ? RBT_ERR_FORMAT : RBT_ERR_SIZE;
@@ -59,7 +61,7 @@ RBT_API int rbt_open(const char *path, rbt_table **table)
     *table = NULL;
     RBTI_REQUIRE(path, RBT_ERR_MISSING);
 #ifdef RBTI_POSIX
-    struct stat about; /* opening a pipe would wait */
+    struct stat about; /* opening a pipe would wait for its writer */
     if (stat(path, &about) == 0 && !S_ISREG(about.st_mode))
         return RBT_ERR_NOT_READ;
 #endif

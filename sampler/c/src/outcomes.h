@@ -1,6 +1,10 @@
-/* -- spin draw, steps 6 and 7: outcomes, and states -------------------------------------------- */
+/* -- spin draw, steps 6 and 7: outcomes, and states ------------------------------------------------
 
-/* Step 6: scores to places among the knots of the leaf's quantiles. */
+   From scores to states over V and a/V, as tables/FORMAT.md, "The spin law", steps 6 and 7. Outcomes are
+   ratios of energies, so whatever they are, the energies after the impact add up to the energy E before
+   it. */
+
+/* Step 6: scores become places among the knots of the leaf's quantiles. */
 RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, int32_t outcomes, const rbt_spin_law *law,
                                             rbti_spin_draws *d)
 {
@@ -13,7 +17,7 @@ RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, int32_t outcomes, const rb
             const float z = scores[r];
             const float bounded = z / sqrtf(1.0f + z * z * RBTI_PER_SQUARE);
             float position = (bounded + RBTI_SCORE_MAX) * scale;
-            /* above the first knot, so that v stays positive */
+            /* above the first knot, so that the particle leaves the wall: v stays positive */
             position = position > 1.0f / 1048576.0f ? position : 1.0f / 1048576.0f;
             int32_t knot = (int32_t)position;
             knot = knot < last ? knot : last;
@@ -26,7 +30,7 @@ RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, int32_t outcomes, const rb
     }
 }
 
-/* Places among knots to outcomes. */
+/* Places among knots become outcomes. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const rbt_spin_law *law,
                                                rbti_spin_draws *d)
 {
@@ -48,23 +52,23 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
     }
 }
 
-/* Rows of what step 7 makes: the first six variables, then these. */
+/* Rows of the values of step 7: the first six variables, then these. */
 enum { RBTI_INERTIA_AFTER = 6, RBTI_NORMAL, RBTI_SHEAR, RBTI_STATE_ROWS };
 
-/* Outcomes to variables, inertia and works, of which the normal one has the share a^6. */
+/* Outcomes become variables, inertia and works. The normal work is the share a^6 of both works. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rbti_spin_draws *d,
                                              double *values)
 {
     RBTI_EACH_DRAW(r) {
-        const float *of = d->outcomes + r;
-        const double p_u = (double)of[RBTI_OUT_P_U * m], p_v = (double)of[RBTI_OUT_P_V * m];
-        const double p_w = (double)of[RBTI_OUT_P_W * m], x = (double)of[RBTI_OUT_O_X * m];
-        const double y = (double)of[RBTI_OUT_O_Y * m], z = (double)of[RBTI_OUT_O_Z * m];
-        const double kappa = rbti_bounded((double)of[RBTI_OUT_KAPPA * m], 0.0, 1.0);
+        const float *outcome = d->outcomes + r;
+        const double p_u = (double)outcome[RBTI_OUT_P_U * m], p_v = (double)outcome[RBTI_OUT_P_V * m];
+        const double p_w = (double)outcome[RBTI_OUT_P_W * m], x = (double)outcome[RBTI_OUT_O_X * m];
+        const double y = (double)outcome[RBTI_OUT_O_Y * m], z = (double)outcome[RBTI_OUT_O_Z * m];
+        const double kappa = rbti_bounded((double)outcome[RBTI_OUT_KAPPA * m], 0.0, 1.0);
         const double after = rbti_inertia_at(kappa, d->least[r], d->most[r]);
-        const double left = d->energy[r] / (1.0 + rbti_square(p_u, p_v, p_w));
-        const double loss = left / (1.0 + rbti_square(x, y, z)), sign = d->sign[r];
-        const double per_p = sqrt(left), per_o = sqrt(loss / after);
+        const double rotation_and_loss = d->energy[r] / (1.0 + rbti_square(p_u, p_v, p_w));
+        const double loss = rotation_and_loss / (1.0 + rbti_square(x, y, z)), sign = d->sign[r];
+        const double per_p = sqrt(rotation_and_loss), per_o = sqrt(loss / after);
         values[RBT_U * m + r] = p_u * per_p;
         values[RBT_V * m + r] = p_v * per_p;
         values[RBT_W * m + r] = sign * p_w * per_p;
@@ -73,14 +77,14 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rb
         values[RBT_OMEGA_Z * m + r] = per_o * z;
         values[RBTI_INERTIA_AFTER * m + r] = after;
         if (outcomes == RBTI_MOST_OUTCOMES) {
-            const double a = rbti_bounded((double)of[RBTI_OUT_A * m], 0.0, 1.0), cube = a * a * a;
+            const double a = rbti_bounded((double)outcome[RBTI_OUT_A * m], 0.0, 1.0), cube = a * a * a;
             values[RBTI_NORMAL * m + r] = cube * cube * loss;
             values[RBTI_SHEAR * m + r] = loss - cube * cube * loss;
         }
     }
 }
 
-/* Step 7: outcomes to states of `count` draws, the first six variables or all, and to inertias. */
+/* Step 7: outcomes become states of `count` draws, the first six variables or all, and inertias. */
 RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t outcomes,
                                                 int variables, const rbt_table *table,
                                                 const rbti_spin_draws *d, double *states,
@@ -89,7 +93,7 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t o
     double values[RBTI_STATE_ROWS * RBTI_BLOCK] RBTI_ALIGNED;
     const size_t width = (size_t)variables;
     rbti_fill_values(m, outcomes, d, values);
-    for (size_t k = 0; k < RBT_VALUES; k++) { /* a number that compilers know */
+    for (size_t k = 0; k < RBT_VALUES; k++) { /* compilers know this number, not `width` */
         if (k >= width)
             break;
         const int is_work = k >= RBT_WORK_NORMAL;

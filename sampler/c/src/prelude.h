@@ -1,16 +1,34 @@
 /* -- the implementation ---------------------------------------------------------------------------
 
-   Sections, in the order of a call. Names with rbti_ and RBTI_ are internal.
+   Names with rbti_ and RBTI_ are internal. The formulae are those of tables/FORMAT.md, "A draw" and "The
+   spin law". In the sources each section is a file of sampler/c/src; sampler/c/build.py puts them
+   together.
 
-     words                                random words and normal numbers
-     nodes                                the law of first impacts
-     sphere                               spheres, by their laws of contact
-     grains                               grains of particles
-     spin conditions experts outcomes     the law of particles that arrive spinning
-     sample                               rbt_sample: rows one by one and in blocks
-     frame rough rebound                  rbt_rebound: frame of the impact, facets, rows
-     checksum layout check read open      binary tables
-     queries gas                          what surrounds a draw */
+   How a draw goes:
+
+     step                              first impact       with a spin        on spheres
+     rows of the call                  sample, rebound    sample, rebound    sample, rebound
+     facet, angle, speed, spin         rough, frame       rough, frame       rough, frame
+     errors and flags                  nodes              spin               spin
+     random words and normal numbers   words              words              -
+     grain of the particle             -                  grains             -
+     where the law is stored           nodes: node        conditions: leaf   sphere: laws of contact
+     part of the mixture               nodes: component   experts: expert    -
+     normal numbers to scores          nodes              experts            -
+     quantiles, state                  nodes              outcomes           sphere
+     back to the lab frame             rebound            rebound            rebound
+
+   What to change for what:
+
+   a random number, its key or its block            words which grain a particle is
+   grains the range of the table, an error or a flag       nodes, spin; texts: sampler/errors.py the law
+   of first impacts                         nodes the spin law
+   conditions, experts, outcomes; order of steps: spin_draw a law of contact of spheres
+   sphere roughness                                        rough; from a profile: walls the format of
+   binary tables                      layout, check, read; sampler/formats/binary_layout.py opening files,
+   memory                            open, checksum sizes, the torque of the gas, deposits, faces
+   sizes, gas, walls, faces compilers and processors                         prelude the library of Python
+   sampler/c/library.c */
 
 #if defined(REBOUND_SAMPLER_IMPLEMENTATION) && !defined(REBOUND_SAMPLER_IMPLEMENTED)
 #define REBOUND_SAMPLER_IMPLEMENTED
@@ -35,7 +53,7 @@
 #endif
 #endif
 
-/* Machines and flags that cannot give the bits of other machines. */
+/* Some machines and flags cannot give the bits of other machines, and are refused. */
 #if !defined(RBT_DEVICE_ONLY) && (FLT_EVAL_METHOD == 1 || FLT_EVAL_METHOD == 2)
 #error "rebound_sampler.h: this compiler computes with more digits than the types have (x87), so draws \
 would differ from those of other machines. For 32-bit x86 compile with: -msse2 -mfpmath=sse"
@@ -45,7 +63,7 @@ would differ from those of other machines. For 32-bit x86 compile with: -msse2 -
 little-endian machine (x86-64, AArch64, RISC-V, ppc64le)"
 #endif
 
-/* No multiplication is fused with an addition, so that states have the bits of Python's. */
+/* Fusing a multiplication with an addition would change the last bit of states, so it is turned off. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(RBTI_GPU)
@@ -53,7 +71,7 @@ little-endian machine (x86-64, AArch64, RISC-V, ppc64le)"
 #pragma GCC optimize("fp-contract=off")
 #endif
 
-/* With RBT_API as static a program leaves some functions unused. */
+/* If RBT_API is static, a program leaves some functions unused. */
 #if defined(__GNUC__)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -77,16 +95,16 @@ extern "C" {
 #define RBTI_ALIGNED
 #endif
 
-/* Written once on a host, where that saves time of compilation, and in its place on a device. */
+/* On a host such a function is compiled once, which saves compilation time; on a device it is inlined. */
 #if defined(RBTI_GPU)
 #define RBTI_ONCE_ON_HOST RBTI_INLINE
 #else
 #define RBTI_ONCE_ON_HOST RBTI_NOT_INLINED
 #endif
 
-/* Versions of a function for processors with wide vectors; the loader takes the one for the processor
-   at hand: batches take half the time, whatever flags the program is compiled with. A single draw
-   gains nothing from AVX-512. */
+/* Compile versions of a function for processors with wide vectors. The loader takes the version for the
+   processor at hand, whatever flags the program is compiled with; batches then take half the time. A
+   single draw gains nothing from AVX-512. */
 #if !defined(RBT_NO_CLONES) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) &&  \
     !defined(RBTI_GPU) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #if defined(__clang__) ? __clang_major__ >= 18 : defined(__GNUC__) && __GNUC__ >= 12
@@ -109,9 +127,9 @@ extern "C" {
 
 #define RBTI_HALF_PI 1.5707963267948966
 #define RBTI_TWO_PI 6.283185307179586
-#define RBTI_UNIT (1.0f / 4096.0f) /* of the numbers of a record */
-#define RBTI_NORMAL_IMPACT 1e-12
-#define RBTI_LEAST_SPEED 1e-150 /* m/s: the square of a smaller one is no number */
+#define RBTI_UNIT (1.0f / 4096.0f) /* unit of the numbers of a record */
+#define RBTI_NORMAL_IMPACT 1e-12   /* tangential speed over V below which an impact is normal */
+#define RBTI_LEAST_SPEED 1e-150    /* m/s; the square of a smaller speed would be 0 */
 
 /* numbers of the spin law, from sampler/formats/bounds.py */
 /* begin spin */
@@ -152,7 +170,7 @@ enum { RBTI_OUT_P_U, RBTI_OUT_P_V, RBTI_OUT_P_W, RBTI_OUT_O_X, RBTI_OUT_O_Y, RBT
 #define RBTI_LOG2_E 1.4426950408889634f
 #define RBTI_SIMULATION_KEY 0x53494d554c415445u
 
-/* NaN, as compiler flags that know none leave it. */
+/* NaN, made from its bits, since -ffast-math removes other ways to write it. */
 RBTI_INLINE RBT_DEVICE double rbti_nan(void)
 {
     const uint64_t bits = 0x7ff8000000000000u;
@@ -161,7 +179,7 @@ RBTI_INLINE RBT_DEVICE double rbti_nan(void)
     return nan;
 }
 
-/* Not isfinite(), which some compiler flags remove. */
+/* Whether a number is finite. -ffast-math removes isfinite(), so this looks at the bits. */
 RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
 {
     uint64_t bits;
@@ -169,14 +187,15 @@ RBTI_INLINE RBT_DEVICE int rbti_finite(double x)
     return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
 }
 
-/* Whether a number lies outside a range, by more than rounding to single precision can put it there. This
-   function checks the range of every argument, so that asinf(1), which is above pi/2, is head-on. */
+/* Whether a number lies outside a range by more than rounding to single precision can explain. The range
+   of every argument is checked by this function, so that asinf(1), which is a little above pi/2, is
+   head-on. */
 RBTI_INLINE RBT_DEVICE int rbti_is_outside(double x, double least, double most)
 {
     return (x < least * (1.0 - RBTI_SINGLE_ROUNDING)) | (x > most * (1.0 + RBTI_SINGLE_ROUNDING));
 }
 
-/* A number within bounds; the least of NaN. */
+/* Limit a number to a range. NaN becomes `least`. */
 RBTI_INLINE RBT_DEVICE double rbti_bounded(double x, double least, double most)
 {
     return x > least ? (x < most ? x : most) : least;

@@ -1,4 +1,6 @@
-/* -- queries ----------------------------------------------------------------------------------- */
+/* -- what a table has and covers ------------------------------------------------------------------
+
+   Speeds are in m/s, angles in rad, spins in V/a. */
 
 RBT_API RBT_DEVICE int rbt_covered(const rbt_table *table, rbt_range *range)
 {
@@ -17,6 +19,11 @@ RBT_API RBT_DEVICE int rbt_covered(const rbt_table *table, rbt_range *range)
     return RBT_OK;
 }
 
+RBT_API RBT_DEVICE double rbt_highest_speed(const rbt_table *table)
+{
+    return table && table->speed.high < RBTI_MOST_ANY_SPEED ? table->speed.high : 0.0;
+}
+
 RBT_API RBT_DEVICE int rbt_has_spin_law(const rbt_table *table)
 {
     return table && table->spin.n_shapes > 0;
@@ -27,6 +34,11 @@ RBT_API RBT_DEVICE int rbt_variables(const rbt_table *table, int columns[RBT_VAL
     for (int k = 0; k < RBT_VALUES && columns && table; k++)
         columns[k] = k < RBTI_NAMES ? table->columns[k] : -1;
     return table ? table->n_columns : 0;
+}
+
+RBT_API RBT_DEVICE int rbt_has_variable(const rbt_table *table, int variable)
+{
+    return table && variable >= 0 && variable < RBT_VALUES && rbti_has_variable(table, variable);
 }
 
 RBT_API RBT_DEVICE const char *rbt_pair(const rbt_table *table)

@@ -1,5 +1,9 @@
-/* -- a table, from the header of a file -------------------------------------------------------- */
+/* -- reading a binary table ------------------------------------------------------------------------
 
+   A table (rbt_table) is made from the header of a file, and its arrays point into the image of the file:
+   nothing is copied. */
+
+/* Fill an axis from numbers of the header. */
 static RBT_DEVICE void rbti_fill_axis(rbt_axis *axis, const double ends_origin_scale[4],
                                       int32_t offset, uint32_t nodes, uint32_t grid)
 {
@@ -14,7 +18,7 @@ static RBT_DEVICE void rbti_fill_axis(rbt_axis *axis, const double ends_origin_s
     axis->grid = (int32_t)grid;
 }
 
-/* Numbers of the spin law. */
+/* Fill the numbers of the spin law. Without one they are 0. */
 static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *h)
 {
     law->n_shapes = (int32_t)h->n_shapes;
@@ -33,6 +37,7 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     memcpy(law->aspect, h->aspect, sizeof law->aspect);
 }
 
+/* Fill the numbers of a table, whose fields are 0. */
 static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
 {
     const double alpha[4] = {h->alpha_first, h->alpha_last, h->alpha_origin, h->alpha_scale};
@@ -40,7 +45,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     rbti_fill_axis(&table->alpha, alpha, h->alpha_offset, h->n_alpha, h->n_alpha_grid);
     rbti_fill_axis(&table->speed, speed, h->speed_offset, h->n_speed, h->n_speed_grid);
     table->spheres = (h->flags & RBTI_SPHERES) != 0;
-    table->n_laws = (int32_t)h->n_laws;
+    table->n_law_parameters = (int32_t)h->n_law_parameters;
     table->variate_max = h->variate_max;
     if (!table->spheres)
         table->variate_scale = ((double)h->n_knots - 1.0) / (2.0 * h->variate_max);
@@ -62,7 +67,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
     table->least_inertia = h->least_inertia;
     rbti_fill_spin_law(&table->spin, h);
-    if (table->spheres || h->flags & RBTI_SPEED_INDEPENDENT) { /* any that is positive and finite */
+    if (table->spheres || h->flags & RBTI_SPEED_INDEPENDENT) { /* any speed that is positive and finite */
         table->speed.low = RBTI_LEAST_ANY_SPEED;
         table->speed.high = table->spin.speed_high = RBTI_MOST_ANY_SPEED;
     }
@@ -104,13 +109,13 @@ RBT_API RBT_DEVICE rbt_table rbt_unchecked(const void *image, size_t size)
 
 #ifndef RBT_DEVICE_ONLY
 
-/* Check an image, its checksum too if it has one, and fill a table from it. */
-static int rbti_read(const char *image, size_t size, int summed, rbt_table *table)
+/* Check an image, and its checksum if it has one, and fill a table from it. */
+static int rbti_read(const char *image, size_t size, int has_checksum, rbt_table *table)
 {
     rbti_header header;
     memset(table, 0, sizeof *table);
     RBTI_CHECK(rbti_check_start(image, size, &header));
-    if (summed)
+    if (has_checksum)
         RBTI_CHECK(rbti_check_sum(image, size, &header));
     RBTI_CHECK(rbti_check_dimensions(&header));
     RBTI_CHECK(rbti_check_names(&header));
@@ -121,19 +126,20 @@ static int rbti_read(const char *image, size_t size, int summed, rbt_table *tabl
     return rbti_check_indices(table, &header);
 }
 
-static int rbti_open(const void *image, size_t size, int summed, rbt_table **table)
+/* Make a table on the heap from an image. */
+static int rbti_open(const void *image, size_t size, int has_checksum, rbt_table **table)
 {
     RBTI_REQUIRE(table, RBT_ERR_MISSING);
     *table = NULL;
     RBTI_REQUIRE(image, RBT_ERR_MISSING);
     RBTI_REQUIRE((uintptr_t)image % 64 == 0, RBT_ERR_OFFSETS);
-    rbt_table *made = (rbt_table *)RBT_MALLOC(sizeof *made);
-    RBTI_REQUIRE(made, RBT_ERR_NO_MEMORY);
-    const int code = rbti_read((const char *)image, size, summed, made);
+    rbt_table *opened = (rbt_table *)RBT_MALLOC(sizeof *opened);
+    RBTI_REQUIRE(opened, RBT_ERR_NO_MEMORY);
+    const int code = rbti_read((const char *)image, size, has_checksum, opened);
     if (code == RBT_OK)
-        *table = made;
+        *table = opened;
     else
-        RBT_FREE(made);
+        RBT_FREE(opened);
     return code;
 }
 

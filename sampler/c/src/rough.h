@@ -1,22 +1,22 @@
 /* -- rough walls ----------------------------------------------------------------------------------
 
-   A particle that arrives at an angle alpha meets facets whose tilt g is normal with a standard
-   deviation, the roughness, and which it sees by their projected area: their density is
-   ~ exp(-g^2 / (2 roughness^2)) sin(alpha + g), 0 < alpha + g < pi, |g| < pi/2 (Sommerfeld & Huber,
-   Int. J. Multiphase Flow 25 (1999) 1457-1489). The tangent of the sine bounds the density by
-   phi(z) (c + z), z = g / roughness, c = tan(alpha) / roughness; a tilt is proposed from the bound and
-   accepted with the ratio. Trials take blocks 3, 4, ... of random words. Bounce k of the same hit has
-   the seed XOR k 0x9E3779B97F4A7C15.
+   Facets of a rough wall: their tilts, rad, and the bounces of one hit. A particle that arrives at an
+   angle alpha meets facets whose tilt g is normal with a standard deviation, the roughness, and which it
+   sees by their projected area: their density is ~ exp(-g^2 / (2 roughness^2)) sin(alpha + g), 0 < alpha
+   + g < pi, |g| < pi/2 (Sommerfeld & Huber, Int. J. Multiphase Flow 25 (1999) 1457-1489). The tangent of
+   the sine bounds the density by phi(z) (c + z), z = g / roughness, c = tan(alpha) / roughness; a tilt is
+   proposed from the bound and accepted with the ratio. Trials take blocks 3, 4, ... of random words.
+   Bounce k of the same hit has the seed XOR k 0x9E3779B97F4A7C15.
 
    Where roughness is isotropic, facets are tilted by h across the plane of incidence as well: their
    normals are along e_y - tan(g) e_x + tan(h) e_z, and h has a density ~ exp(-h^2 / (2 roughness^2))
    cos(h), whatever g is (docs/method.md). Its trials take blocks 67, 68, ... */
 
-#define RBTI_TILT_BLOCK 3u     /* of the random words of the first trial of a tilt */
-#define RBTI_MAX_TRIALS 64u
-#define RBTI_MAX_BOUNCES 64u
-#define RBTI_SHADOW 1e-9 /* rad between path and facet from which a facet is met */
-#define RBTI_STEEP 1e9
+#define RBTI_TILT_BLOCK 3u    /* block of random words of the first trial */
+#define RBTI_MAX_TRIALS 64u   /* of one tilt */
+#define RBTI_MAX_BOUNCES 64u  /* of one hit */
+#define RBTI_SHADOW 1e-9      /* least angle between path and facet, rad, at which a facet is met */
+#define RBTI_STEEP 1e9        /* largest c of the bound */
 #define RBTI_BOUNCE_KEY 0x9e3779b97f4a7c15u
 #define RBTI_PI 3.141592653589793
 #define RBTI_PER_ROOT_TWO_PI 0.3989422804014327
@@ -69,14 +69,19 @@ RBTI_INLINE RBT_DEVICE int rbti_try_across(double roughness, const uint32_t word
     return fabs(*tilt) < RBTI_HALF_PI && rbti_uniform(words[1]) < cos(*tilt);
 }
 
-/* A particle within one hit of a rough wall, seen from the wall. */
+/* A particle within one hit of a rough wall. */
 typedef struct rbti_cascade {
-    double moving[3], turning[3], inertia; /* velocity, m/s, angular velocity, rad/s, and k about it */
-    double wall[3], e_y[3], half_size, roughness;
-    int isotropic;
+    double velocity[3];         /* relative to the wall, m/s */
+    double angular_velocity[3]; /* rad/s */
+    double inertia;             /* k about the angular velocity, over m a^2 */
+    double wall[3];             /* velocity of the wall, m/s */
+    double e_y[3];              /* unit normal of the mean wall, into the gas */
+    double half_size;           /* m */
+    double roughness;           /* standard deviation of the tilt of facets, rad */
+    int isotropic;              /* whether facets are tilted across the plane of incidence as well */
 } rbti_cascade;
 
-/* A cascade before its first bounce. */
+/* Begin a cascade, before its first bounce. Returns RBT_OK or an error. */
 RBTI_INLINE RBT_DEVICE int rbti_begin_cascade(const double velocity[3], const double normal[3],
                                               double half_size, const double *wall_velocity,
                                               double roughness, int isotropic, rbti_cascade *c)
@@ -88,18 +93,19 @@ RBTI_INLINE RBT_DEVICE int rbti_begin_cascade(const double velocity[3], const do
     const int code = rbti_impact_status(velocity, normal, half_size, c->wall);
     if (code != RBT_OK)
         return code;
-    rbti_combine(1.0, velocity, -1.0, c->wall, c->moving);
-    if (sqrt(rbti_dot(c->moving, c->moving)) < RBTI_LEAST_SPEED)
+    rbti_combine(1.0, velocity, -1.0, c->wall, c->velocity);
+    if (sqrt(rbti_dot(c->velocity, c->velocity)) < RBTI_LEAST_SPEED)
         return RBT_ERR_SPEED_NOT_POSITIVE;
     rbti_unit(normal, c->e_y);
     c->half_size = half_size;
     c->roughness = rbti_bounded(roughness, 0.0, RBT_MOST_ROUGHNESS);
     c->isotropic = isotropic;
-    return rbti_dot(c->moving, c->e_y) < 0.0 ? RBT_OK : RBT_ERR_NOT_APPROACHING;
+    return rbti_dot(c->velocity, c->e_y) < 0.0 ? RBT_OK : RBT_ERR_NOT_APPROACHING;
 }
 
-/* Tilt in the plane of incidence, or across it, from trials from a block of words on. None where no
-   trial is accepted: path and roughness are then as flat as RBTI_SHADOW. */
+/* Draw the tilt in the plane of incidence, or across it, rad. Trials take successive blocks of random
+   words. If none of them is accepted the tilt is 0; this happens only where path and roughness are as
+   flat as RBTI_SHADOW. */
 RBTI_INLINE RBT_DEVICE double rbti_find_tilt(const rbti_cascade *c, int across, double alpha1,
                                              uint64_t seed, uint64_t index, uint32_t hit)
 {
@@ -115,29 +121,29 @@ RBTI_INLINE RBT_DEVICE double rbti_find_tilt(const rbti_cascade *c, int across, 
     return 0.0;
 }
 
-/* Impact on the facet that the particle meets next. */
+/* Find the impact on the facet that the particle meets next. Returns RBT_OK or an error. */
 RBTI_ONCE_ON_HOST RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t seed,
-                                                 uint64_t index, uint32_t hit, rbti_impact *met)
+                                                 uint64_t index, uint32_t hit, rbti_impact *impact)
 {
-    const double speed = sqrt(rbti_dot(c->moving, c->moving));
+    const double speed = sqrt(rbti_dot(c->velocity, c->velocity));
     double tangential, e_x[3], e_z[3], facet[3];
-    double alpha1 = rbti_impact_angle(c->moving, c->e_y, &tangential);
+    double alpha1 = rbti_impact_angle(c->velocity, c->e_y, &tangential);
     alpha1 = alpha1 > 0.0 ? alpha1 : 0.0;
     const double tilt = rbti_find_tilt(c, 0, alpha1, seed, index, hit);
-    rbti_tangent(c->moving, c->e_y, tangential, speed, seed, index, hit, e_x);
+    rbti_tangent(c->velocity, c->e_y, tangential, speed, seed, index, hit, e_x);
     rbti_combine(cos(tilt), c->e_y, -sin(tilt), e_x, facet);
     if (c->isotropic) {
         const double across = rbti_find_tilt(c, 1, alpha1, seed, index, hit);
         rbti_cross(e_x, c->e_y, e_z);
         rbti_combine(cos(across), facet, cos(tilt) * sin(across), e_z, facet);
     }
-    return rbti_find_impact(c->moving, facet, c->half_size, NULL, seed, index, hit, met);
+    return rbti_find_impact(c->velocity, facet, c->half_size, NULL, seed, index, hit, impact);
 }
 
 /* Whether the particle leaves the mean wall. */
 RBTI_INLINE RBT_DEVICE int rbti_has_left(const rbti_cascade *c)
 {
-    return rbti_dot(c->moving, c->e_y) > 0.0;
+    return rbti_dot(c->velocity, c->e_y) > 0.0;
 }
 
 /* Velocity and angular velocity after a cascade, in the lab frame. */
@@ -145,35 +151,37 @@ RBTI_INLINE RBT_DEVICE void rbti_store_rebound(const rbti_cascade *c, double vel
                                                double omega[3])
 {
     for (int k = 0; k < 3; k++) {
-        velocity[k] = c->moving[k] + c->wall[k];
-        omega[k] = c->turning[k];
+        velocity[k] = c->velocity[k] + c->wall[k];
+        omega[k] = c->angular_velocity[k];
     }
 }
 
-/* Bounces behind the first one until the particle leaves, each with random numbers of its own, and
-   where there is a law for it with the spin and the inertia that the one before has left. Adds their
-   works. */
-RBTI_NOT_INLINED RBT_DEVICE int rbti_bounce_on(const rbt_table *table, rbti_cascade *c,
-                                               uint64_t seed, const rbti_grains *grains,
-                                               uint64_t index, uint32_t hit, double *works)
+/* Meet facets behind the first one until the particle leaves the mean wall. Each bounce has random
+   numbers of its own. If the table has a spin law, the particle arrives with the spin and the inertia
+   that the bounce before has given it. Adds the works of all bounces. Returns the first error, else all
+   flags. */
+RBTI_NOT_INLINED RBT_DEVICE int rbti_meet_further_facets(const rbt_table *table, rbti_cascade *c,
+                                                         uint64_t seed, const rbti_grains *grains,
+                                                         uint64_t index, uint32_t hit,
+                                                         double *works)
 {
     const int spins = table->spin.n_shapes > 0;
     int flags = RBT_OK;
     for (uint32_t bounce = 1; bounce < RBTI_MAX_BOUNCES; bounce++) {
         const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
         double spin[3], state[RBT_VALUES];
-        rbti_impact met;
-        int code = rbti_meet_facet(c, key, index, hit, &met);
+        rbti_impact impact;
+        int code = rbti_meet_facet(c, key, index, hit, &impact);
         if (code == RBT_OK)
-            code = rbti_to_spin(&met, c->turning, spin);
+            code = rbti_to_spin(&impact, c->angular_velocity, spin);
         if (code == RBT_OK)
-            code = rbti_draw_one(table, met.alpha1, met.speed, spins ? spin : NULL, c->inertia, key,
+            code = rbti_draw_one(table, impact.alpha1, impact.speed, spins ? spin : NULL, c->inertia, key,
                                  grains, index, hit, spins, works ? RBT_VALUES : 6, state,
                                  &c->inertia);
         if (code < RBT_OK)
             return code;
-        rbti_to_lab_frame(&met, state, c->moving, c->turning);
-        rbti_add_works(&met, state, works);
+        rbti_to_lab_frame(&impact, state, c->velocity, c->angular_velocity);
+        rbti_add_works(&impact, state, works);
         flags |= code;
         if (rbti_has_left(c))
             return flags;

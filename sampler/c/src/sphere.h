@@ -1,18 +1,20 @@
 /* -- spheres --------------------------------------------------------------------------------------
 
-   A rebound of a sphere has a formula. Its laws of contact (tables/LAWS.md) are these numbers, then
-   those of the law of restitution, then those of the law of resistance. A table begins with its numbers
-   of angles and speeds, has these, and its values by angle. */
+   A rebound of a sphere follows from its laws of contact by a formula, without random numbers; sources:
+   tables/LAWS.md. Velocities are over V and spins over V/a. The laws are stored as the numbers of the
+   enumeration below, then the numbers of the law of restitution, then those of the law of resistance. If
+   one of them is a table, it begins with the numbers of its angles and of its speeds; then come the
+   angles, rad, the speeds, m/s, and the values by angle. */
 enum {
     RBTI_RESOLUTION, RBTI_RESTITUTION, RBTI_COEFFICIENT, RBTI_EXPONENT, RBTI_RESISTANCE,
     RBTI_STRENGTH, RBTI_FACTOR, RBTI_LENGTH, RBTI_NUMBERS
 };
 #define RBTI_SPHERE_INERTIA 0.4
 #define RBTI_MOBILITY 3.5 /* of the contact of a sphere, along the wall */
-#define RBTI_GRAZING 0.0087 /* sine of the impact angle from which on the resolution is the whole */
+#define RBTI_GRAZING 0.0087 /* sine of the impact angle below which the resolution shrinks to 0 */
 #define RBTI_LEAST_ANGLE 1e-300
 
-/* Lower one of two neighbours among growing numbers, and the weight of the other. */
+/* Lower one of the two neighbours of x among growing numbers, and the weight of the upper one. */
 RBTI_INLINE RBT_DEVICE int rbti_neighbour(const double *nodes, int count, double x, double *weight)
 {
     int k = 0;
@@ -22,7 +24,7 @@ RBTI_INLINE RBT_DEVICE int rbti_neighbour(const double *nodes, int count, double
     return k;
 }
 
-/* Value of a table: bilinear, constant beyond its ends. */
+/* Value of a table of angles and speeds: bilinear, and constant beyond its ends. */
 RBTI_INLINE RBT_DEVICE double rbti_tabulated(const double *table, double angle, double speed)
 {
     const int n = (int)table[0], m = (int)table[1], right = m > 1;
@@ -34,7 +36,8 @@ RBTI_INLINE RBT_DEVICE double rbti_tabulated(const double *table, double angle, 
            p * ((1.0 - q) * high[0] + q * high[right]);
 }
 
-/* Ratio of the normal contact velocities after and before, from 0 to 1 whatever the numbers are. */
+/* Restitution: the normal contact velocity after over that before. From 0 to 1, whatever the numbers are.
+   */
 RBTI_INLINE RBT_DEVICE double rbti_restitution(const double *law, double speed, double sine)
 {
     const double c = law[RBTI_COEFFICIENT], exponent = law[RBTI_EXPONENT], angle = asin(sine);
@@ -54,8 +57,9 @@ RBTI_INLINE RBT_DEVICE double rbti_restitution(const double *law, double speed, 
     return rbti_bounded(e, 0.0, 1.0);
 }
 
-/* Tangential impulse over minus the tangential contact velocity, of this size. `normal` is the normal
-   impulse; `size` and `sine` are of the contact velocity, `ahead` is the sine of the impact angle. */
+/* Tangential impulse over minus the tangential contact velocity, whose size is `slide`. `normal` is the
+   normal impulse; `size` is the size of the contact velocity and `sine` the sine of its angle; `ahead` is
+   the sine of the impact angle. */
 RBTI_INLINE RBT_DEVICE double rbti_tangential_impulse(const rbt_table *table, double normal,
                                                       double slide, double size, double sine,
                                                       double ahead)
@@ -63,7 +67,7 @@ RBTI_INLINE RBT_DEVICE double rbti_tangential_impulse(const rbt_table *table, do
     const double *law = table->laws;
     const int kind = (int)law[RBTI_RESISTANCE], before = RBTI_NUMBERS + (int)law[RBTI_LENGTH];
     const double number =
-        before < table->n_laws ? rbti_tabulated(law + before, asin(sine), 1.0) : 0.0;
+        before < table->n_law_parameters ? rbti_tabulated(law + before, asin(sine), 1.0) : 0.0;
     if (kind == RBTI_COULOMB) {
         const double back = (1.0 + rbti_bounded(number, -1.0, 1.0)) / RBTI_MOBILITY;
         return slide > 0.0 ? rbti_bounded(law[RBTI_FACTOR] * normal / slide, 0.0, back) : 0.0;
@@ -75,8 +79,9 @@ RBTI_INLINE RBT_DEVICE double rbti_tangential_impulse(const rbt_table *table, do
     return c / (1.0 + 0.5 * RBTI_MOBILITY * c);
 }
 
-/* Rebound of a sphere: all variables of its state; spin may be NULL. The rotational energy is over all
-   energy before, works are over m V^2 / 2. None is gained, whatever the numbers of the laws are. */
+/* Rebound of a sphere: all variables of its state. `spin` may be NULL. The rotational energy is over the
+   kinetic energy before, works are over m V^2 / 2. No energy is gained, whatever the numbers of the laws.
+   */
 RBTI_INLINE RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, double speed,
                                         const double *spin, double values[RBT_VALUES])
 {
@@ -103,7 +108,7 @@ RBTI_INLINE RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, d
     values[RBT_WORK_SHEAR] = pull * (2.0 - pull * RBTI_MOBILITY) * slide * slide;
 }
 
-/* The first variables of a sphere's state, those that the table has. */
+/* The first variables of a sphere's state; 0 for those that the table lacks. */
 RBTI_NOT_INLINED RBT_DEVICE void rbti_sphere_state(const rbt_table *table, double alpha1,
                                                    double speed, const double *spin, int variables,
                                                    double *state)

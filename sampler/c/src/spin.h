@@ -1,8 +1,9 @@
 /* -- the spin draw --------------------------------------------------------------------------------
 
-   The law of particles that arrive spinning, given their spin and their grain. Steps, letters and units
-   are those of tables/FORMAT.md, "The spin law". Each step is a loop over the draws of a block, which
-   fills the arrays of rbti_spin_draws that the next one reads:
+   The spin law: states over V and a/V, and inertias over m a^2, of particles that arrive spinning, from
+   the impact angle, rad, the speed, m/s, the spin, V/a, the inertia about it, and the grain. Steps,
+   letters and units are those of tables/FORMAT.md, "The spin law". Each step is a loop over the draws of
+   a block, and fills arrays of rbti_spin_draws that the next steps read:
 
      step   section       function             arrays that it fills
      words  words.h       rbti_fill_words      words
@@ -20,15 +21,15 @@
      all    spin_draw.h   rbti_spin_steps
 
    Steps 3 to 6 are in single precision. Coefficients that are multiplied by the features of a draw lie
-   side by side in the table, and are taken draw by draw. The compiler knows the number of outcomes, 7
-   or with works 8, where it matters: in single draws and in the factors. */
+   side by side in the table, so steps 4 and 5 go draw by draw. The number of outcomes is 7, or 8 with
+   works; where it matters for speed, in single draws and in factors, the compiler knows it. */
 
 #define RBTI_LINE 32 /* 16-bit numbers of a cache line */
 
 /* Rows of inputs are RBTI_IN_..., those of outcomes and scores RBTI_OUT_... (prelude.h). */
 typedef struct rbti_spin_draws {
-    /* conditions: rad, m/s, a Omega / V, and over m a^2; 0 is not known. Step 1 turns inertia into
-       that drawn at */
+    /* conditions: rad, m/s, a Omega / V, and over m a^2, where 0 is not known; step 1 replaces the inertia by
+       the one that is drawn at */
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], inertia[RBTI_BLOCK];
     double inputs[RBTI_IN_ROWS * RBTI_BLOCK];
     double energy[RBTI_BLOCK]; /* E, before, over m V^2 / 2 */
@@ -42,7 +43,7 @@ typedef struct rbti_spin_draws {
     float outcomes[RBTI_MOST_OUTCOMES * RBTI_BLOCK];
 } rbti_spin_draws;
 
-/* Numbers of an expert with some outcomes, whole cache lines. */
+/* Length of the record of an expert, which fills whole cache lines. */
 RBTI_INLINE RBT_DEVICE size_t rbti_expert_stride(size_t outcomes)
 {
     const size_t numbers = RBTI_FEATURES * outcomes + outcomes * (outcomes + 1) / 2;
@@ -54,7 +55,8 @@ RBTI_INLINE RBT_DEVICE double rbti_square(double x, double y, double z)
     return x * x + y * y + z * z;
 }
 
-/* Speed V_e of all energy at which the spin law is drawn: `speed` is V and `root` that of E. A particle
+/* Effective speed V_e at which the spin law is drawn, m/s: the speed that the particle would have if all
+   of its kinetic energy were translation. `speed` is V and `root` is the square root of E. A particle
    that is faster than the table is drawn at the table's fastest V, with its spin over V/a. */
 RBTI_INLINE RBT_DEVICE double rbti_effective_speed(const rbt_table *table, double speed, double root)
 {
@@ -62,11 +64,12 @@ RBTI_INLINE RBT_DEVICE double rbti_effective_speed(const rbt_table *table, doubl
     return rbti_bounded(covered * root, table->spin.speed_first, table->spin.speed_last);
 }
 
-/* Flags of a condition with a spin, without branches: `root` is that of E, `square` that of the size
-   of the spin, `off` whether the inertia about it is beyond the grain. Speeds are outside where V is
-   above the table's or V_e = root V is below them, and where V_e is above that of the spin law. */
+/* Flags of a condition with a spin, without branches. `root` is the square root of E, `square` is the
+   square of the size of the spin, and `inertia_is_beyond` says whether the inertia lies beyond the
+   moments of the grain. A speed is outside if V is above the speeds of the table, if V_e = root V is
+   below them, or if V_e is above the speeds of the spin law. */
 RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1, double speed,
-                                           double root, double square, int off)
+                                           double root, double square, int inertia_is_beyond)
 {
     const rbt_spin_law *law = &table->spin;
     const double effective = speed * root;
@@ -77,11 +80,11 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
                      rbti_is_outside(speed, 0.0, table->speed.high);
     const int far = rbti_is_outside(effective, table->valid_speed[0], table->valid_speed[1]);
     return rbti_is_outside(alpha1, law->alpha_first, law->alpha_last) * RBT_ANGLE | fast * RBT_SPEED |
-           (beyond | off) * RBT_SPIN | far * RBT_EXTRAPOLATED;
+           (beyond | inertia_is_beyond) * RBT_SPIN | far * RBT_EXTRAPOLATED;
 }
 
-/* Whether an inertia is beyond two moments of inertia by more than single precision rounds; one that is
-   0, or of no spin, is not. */
+/* Whether an inertia lies beyond two moments of inertia by more than rounding to single precision. An
+   inertia that is not known, and the inertia of a particle without spin, does not. */
 RBTI_INLINE RBT_DEVICE int rbti_inertia_is_beyond(double inertia, double square, double least,
                                                   double most)
 {
@@ -90,7 +93,7 @@ RBTI_INLINE RBT_DEVICE int rbti_inertia_is_beyond(double inertia, double square,
     return outside & (inertia > 0.0) & (square > 0.0);
 }
 
-/* Whether the energy of an impact is a number, and its inertia one that may be. */
+/* Whether the energy of an impact is finite, and its inertia is 0 or more. */
 RBTI_INLINE RBT_DEVICE int rbti_has_energy(double speed, double x, double y, double z,
                                            double inertia)
 {
@@ -98,6 +101,7 @@ RBTI_INLINE RBT_DEVICE int rbti_has_energy(double speed, double x, double y, dou
     return rbti_finite(effective * effective) & rbti_finite(inertia) & (inertia >= 0.0);
 }
 
+/* Error of a condition with a spin, or RBT_OK. `grain` may be NULL. */
 RBTI_INLINE RBT_DEVICE int rbti_spin_error(const rbt_table *table, double alpha1, double speed,
                                            const double spin[3], double inertia,
                                            const double *grain)
@@ -112,7 +116,7 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_error(const rbt_table *table, double alpha1
     return !grain || rbti_grain_is_known(&table->spin, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
 }
 
-/* Flags of a sphere, whose moments of inertia are equal. */
+/* Flags of a condition of a sphere, whose moments of inertia are equal. */
 RBTI_INLINE RBT_DEVICE int rbti_sphere_flags(const rbt_table *table, double alpha1, double speed,
                                              const double spin[3], double inertia)
 {

@@ -1,7 +1,9 @@
-/* -- spin draw, all steps ---------------------------------------------------------------------- */
+/* -- spin draw, all steps --------------------------------------------------------------------------
 
-/* Draws with conditions that may be drawn at, and flags; without `states` the flags alone. `after`, for
-   inertias, may be NULL. Word 8 belongs to no outcome. */
+   The steps of spin.h in their order, for one draw and for a block of rows. */
+
+/* All steps, for conditions that can be drawn. If `states` is NULL only the flags are written. `after`
+   gets inertias, or is NULL. */
 RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt_table *table,
                                             uint64_t seed, const rbti_grains *grains,
                                             const uint64_t *index, const uint32_t *hit,
@@ -12,8 +14,8 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
     double *ratios = d->inputs + RBTI_IN_B_A * m;
     for (uint32_t block = 0; block < 3; block++)
         rbti_fill_words(m, block, seed, index, hit, count, d->words + 4 * block * m);
-    if (grains->given)
-        rbti_take_grains(m, law, grains->given, count, d->shape, ratios);
+    if (grains->prescribed)
+        rbti_take_grains(m, law, grains->prescribed, count, d->shape, ratios);
     else
         rbti_fill_grains(m, law, grains->seed, grains->fresh, index, hit, count, d->shape, ratios);
     rbti_fill_inputs(m, table, d, flags);
@@ -34,7 +36,8 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
     rbti_to_spin_states(m, count, outcomes, variables, table, d, states, after);
 }
 
-/* One draw of the first six or of all variables, and of the inertia: its flags, alone without `state`. */
+/* One draw of the first six or of all variables, and of the inertia. If `state` is NULL nothing is
+   written. Returns the flags. */
 RBTI_CLONES RBT_DEVICE int rbti_draw_spin(const rbt_table *table, double alpha1, double speed,
                                           const double spin[3], double inertia, uint64_t seed,
                                           const rbti_grains *grains, uint64_t index, uint32_t hit,
@@ -57,22 +60,22 @@ RBTI_CLONES RBT_DEVICE int rbti_draw_spin(const rbt_table *table, double alpha1,
 
 #ifdef RBTI_BLOCKS
 
-/* As rbti_take_conditions; spin, inertia and given grains may be NULL. `errors` are filled, and 1
-   returned, if a row has one. */
-RBTI_INLINE int rbti_take_spin_conditions(const rbt_table *table, const rbt_conditions *given,
+/* Take the conditions of a block of rows, as rbti_take_conditions does; spin, inertia and grain may be
+   NULL. If a row may have an error, fills `errors` and returns 1. */
+RBTI_INLINE int rbti_take_spin_conditions(const rbt_table *table, const rbt_conditions *conditions,
                                           size_t first, size_t count, rbti_spin_draws *d,
                                           int *errors)
 {
     const size_t m = RBTI_BLOCK;
-    const double none[3] = {0.0, 0.0, 0.0};
+    const double zeros[3] = {0.0, 0.0, 0.0};
     double *x = d->spin, *y = x + m, *z = y + m;
-    int bad = given->grain != NULL;
+    int bad = conditions->grain != NULL;
     RBTI_EACH_DRAW(r) {
         const size_t k = first + (r < count ? r : count - 1);
-        const double *spin = given->spin ? given->spin + 3 * k : none;
-        d->alpha1[r] = given->alpha1[k];
-        d->speed[r] = given->speed[k];
-        d->inertia[r] = given->inertia ? given->inertia[k] : 0.0;
+        const double *spin = conditions->spin ? conditions->spin + 3 * k : zeros;
+        d->alpha1[r] = conditions->alpha1[k];
+        d->speed[r] = conditions->speed[k];
+        d->inertia[r] = conditions->inertia ? conditions->inertia[k] : 0.0;
         x[r] = spin[0];
         y[r] = spin[1];
         z[r] = spin[2];
@@ -85,7 +88,7 @@ RBTI_INLINE int rbti_take_spin_conditions(const rbt_table *table, const rbt_cond
         const size_t k = first + (r < count ? r : count - 1);
         const double spin[3] = {x[r], y[r], z[r]};
         errors[r] = rbti_spin_error(table, d->alpha1[r], d->speed[r], spin, d->inertia[r],
-                                    rbti_vector_of(given->grain, k));
+                                    rbti_vector_of(conditions->grain, k));
         if (errors[r] < RBT_OK) {
             d->alpha1[r] = table->alpha.first;
             d->speed[r] = table->speed.first;
@@ -95,18 +98,18 @@ RBTI_INLINE int rbti_take_spin_conditions(const rbt_table *table, const rbt_cond
     return bad;
 }
 
-/* Draws of a block of rows, and their codes; without `states` the codes alone. */
+/* Draw a block of rows and fill their codes. If `states` is NULL only the codes are written. */
 RBTI_BATCH_CLONES
-static void rbti_draw_spins(const rbt_table *table, const rbt_conditions *given, size_t first,
+static void rbti_draw_spins(const rbt_table *table, const rbt_conditions *conditions, size_t first,
                             size_t count, uint64_t seed, int variables, double *states, int *codes)
 {
-    const rbti_grains grains = {rbti_vector_of(given->grain, first), seed, given->fresh};
+    const rbti_grains grains = {rbti_vector_of(conditions->grain, first), seed, conditions->fresh};
     rbti_spin_draws draws RBTI_ALIGNED;
     int errors[RBTI_BLOCK] RBTI_ALIGNED, flags[RBTI_BLOCK] RBTI_ALIGNED;
-    const int bad = rbti_take_spin_conditions(table, given, first, count, &draws, errors);
+    const int bad = rbti_take_spin_conditions(table, conditions, first, count, &draws, errors);
     rbti_spin_steps(RBTI_BLOCK, (size_t)table->spin.n_outcomes, table, seed, &grains,
-                    given->index + first, given->hit + first, count, variables, &draws, flags,
-                    states, given->inertia_after ? given->inertia_after + first : NULL);
+                    conditions->index + first, conditions->hit + first, count, variables, &draws, flags,
+                    states, conditions->inertia_after ? conditions->inertia_after + first : NULL);
     for (size_t r = 0; r < count; r++)
         codes[r] = bad && errors[r] < RBT_OK ? errors[r] : flags[r];
 }

@@ -1,10 +1,13 @@
 /* -- random words and normal numbers --------------------------------------------------------------
 
-   Each step is written once, for m draws side by side; the compiler knows m, which is 1 for a
-   single draw and RBTI_BLOCK for a batch. A step is a loop over arrays of fixed length without
-   branches, which compilers turn into vector instructions. Memory that it reads at scattered places
-   was prefetched by the step before, so that the draws of a block wait for memory together.
-   Number k of draw r of an array stands at k m + r. */
+   Random words of 32 bits by Philox4x32-10 (Salmon et al., SC11, 2011), keyed by seed, index, hit and
+   block, and uniform and normal numbers from them. Each word has one use, named where it is read.
+
+   How draws are written, here and in the sections below: each step is written once, for m draws side by
+   side; the compiler knows m, which is 1 for a single draw and RBTI_BLOCK for a batch. A step is a loop
+   over arrays of fixed length without branches, which compilers turn into vector instructions. Memory
+   that it reads at scattered places was prefetched by the step before, so that the draws of a block wait
+   for memory together. Number k of draw r of an array stands at k m + r. */
 
 #if defined(RBTI_GPU) || defined(RBT_DEVICE_ONLY)
 #define RBTI_BLOCK ((size_t)1) /* threads of a device draw one by one, with little memory each */
@@ -14,16 +17,16 @@
 #endif
 #define RBTI_EACH_DRAW(r) for (size_t r = 0; r < m; r++)
 
-/* Draws are vectorised and unrolled whatever flags the program is compiled with. Without two passes they
-   take less time to compile, and single ones to run. (An attribute would not do: gcc 12 forgets those of
-   some functions that have versions.) */
+/* Draws are vectorised and unrolled whatever flags the program is compiled with. Two passes of gcc are
+   turned off, so that draws compile faster and single draws run faster. Attributes of functions would not
+   do: gcc 12 forgets them for some functions that have versions. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(RBTI_GPU)
 #pragma GCC push_options
 #pragma GCC optimize("O3", "fp-contract=off", "no-ipa-cp-clone", "no-tree-pre")
 #endif
 
-/* Word of normal number `row` of a draw: 2 to 7, 9 and 10. Words 0 and 1 choose; the azimuth of a normal
-   impact is made of word 8. */
+/* Word of normal number `row` of a draw: 2 to 7, 9 and 10. Words 0 and 1 choose a part of the law, and
+   word 8 gives the azimuth of a normal impact. */
 RBTI_INLINE RBT_DEVICE size_t rbti_word_of_normal(size_t row)
 {
     return row < 6 ? 2 + row : 3 + row;
@@ -35,7 +38,8 @@ RBTI_INLINE RBT_DEVICE double rbti_uniform(uint32_t word)
     return ((double)word + 0.5) * (1.0 / 4294967296.0);
 }
 
-/* Four random words of each draw, Philox4x32-10. A block that is not full repeats its last draw. */
+/* Four random words of each draw, number `block` of its blocks of words. If there are fewer than m draws,
+   the last one is repeated. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_words(size_t m, uint32_t block, uint64_t seed,
                                             const uint64_t *index, const uint32_t *hit,
                                             size_t count, uint32_t *words)
@@ -62,9 +66,9 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_words(size_t m, uint32_t block, uint64_t s
     }
 }
 
-/* Normal numbers from words by a table of cubics. The octave of the distance from the nearer end of the
-   words is found by the exponent of a floating-point number, which unlike a count of leading zeros can be
-   vectorised. */
+/* Normal numbers from words by a table of cubics, one for each eighth of an octave of the distance to the
+   nearer end of the words. The octave is the exponent of a floating-point number, because that can be
+   vectorised and a count of leading zeros cannot. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_normals(size_t m, const float *table, const uint32_t *words,
                                               float *normals)
 {

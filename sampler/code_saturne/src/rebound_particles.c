@@ -16,20 +16,26 @@
 
 #include "rebound_wall.h"
 
-static int ours = -1; /* our first user attribute */
+static int first_attribute = -1; /* ours, among the user attributes */
 
 void rebound_particles_make(void)
 {
-    ours = cs_glob_lagr_model->n_user_variables;
+    first_attribute = cs_glob_lagr_model->n_user_variables;
     cs_glob_lagr_model->n_user_variables += REBOUND_ATTRIBUTES;
+}
+
+cs_real_t *rebound_particles_attributes(cs_lagr_particle_set_t *particles, cs_lnum_t p_id)
+{
+    return (cs_real_t *)cs_lagr_particles_attr(particles, p_id, CS_LAGR_USER) + first_attribute;
 }
 
 int rebound_wall_attribute(void)
 {
-    return ours;
+    return first_attribute;
 }
 
-/* Number of particles of processes of a lower rank, for n here; *total: of all processes. */
+/* Number of particles on processes of a lower rank, if there are n on this process. *total becomes their
+   number on all processes. */
 static cs_gnum_t count_before(cs_lnum_t n, cs_gnum_t *total)
 {
     cs_gnum_t before = 0, mine = (cs_gnum_t)n;
@@ -47,20 +53,21 @@ static cs_gnum_t count_before(cs_lnum_t n, cs_gnum_t *total)
 void rebound_wall_new(cs_lagr_particle_set_t *particles, const cs_lnum_t particle_range[2])
 {
     static int step = -1;
-    static cs_gnum_t given = 0; /* identities of this step */
+    static cs_gnum_t n_identities = 0; /* of this step */
     cs_gnum_t total;
     if (step != cs_glob_time_step->nt_cur) {
         step = cs_glob_time_step->nt_cur;
-        given = 0;
+        n_identities = 0;
     }
-    const cs_gnum_t first = given + count_before(particle_range[1] - particle_range[0], &total);
-    given += total;
+    const cs_lnum_t n_new = particle_range[1] - particle_range[0];
+    const cs_gnum_t first = n_identities + count_before(n_new, &total);
+    n_identities += total;
     for (cs_lnum_t p = particle_range[0]; p < particle_range[1]; p++) {
-        cs_real_t *kept = (cs_real_t *)cs_lagr_particles_attr(particles, p, CS_LAGR_USER) + ours;
-        kept[REBOUND_STEP] = step;
-        kept[REBOUND_NUMBER] = (cs_real_t)(first + (cs_gnum_t)(p - particle_range[0]));
+        cs_real_t *attributes = rebound_particles_attributes(particles, p);
+        attributes[REBOUND_STEP] = step;
+        attributes[REBOUND_NUMBER] = (cs_real_t)(first + (cs_gnum_t)(p - particle_range[0]));
         for (int k = REBOUND_HITS; k < REBOUND_ATTRIBUTES; k++)
-            kept[k] = 0.0;
+            attributes[k] = 0.0;
     }
 }
 
@@ -92,9 +99,9 @@ void rebound_particles_resume(void)
     BFT_MALLOC(values, 3 * n, cs_real_t);
     cs_restart_read_particles(file, location, cells, values); /* needed before their sections */
     for (int k = 0; k < REBOUND_ATTRIBUTES; k++) {
-        resume_attribute(file, location, ours + k, values);
+        resume_attribute(file, location, first_attribute + k, values);
         for (cs_lnum_t p = 0; p < n; p++)
-            ((cs_real_t *)cs_lagr_particles_attr(particles, p, CS_LAGR_USER))[ours + k] = values[p];
+            rebound_particles_attributes(particles, p)[k] = values[p];
     }
     BFT_FREE(values);
     BFT_FREE(cells);

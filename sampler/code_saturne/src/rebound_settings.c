@@ -133,32 +133,14 @@ static void read_file(rebound_settings_t *settings)
         refuse("seed", "none", "0 to 18446744073709551615");
 }
 
-int rebound_table_gives(const rbt_table *table, int variable)
-{
-    int columns[RBT_VALUES];
-    const int n = rbt_variables(table, columns);
-    for (int i = 0; i < n; i++)
-        if (columns[i] == variable)
-            return 1;
-    return 0;
-}
-
-static double highest_speed(const rbt_table *table)
-{
-    rbt_range range;
-    rbt_covered(table, &range);
-    if (range.speed[1] >= 1e300)
-        refuse("histogram_speed", "none", "a positive speed in m/s, for a table of any speed");
-    return range.speed[1];
-}
-
+/* Fill the settings that were not given from the table, and refuse those that the table cannot fulfil. */
 static void check_table(rebound_settings_t *settings, const rbt_table *table)
 {
     int has_spin = rbt_has_spin_law(table);
     for (int k = RBT_OMEGA_X; k <= RBT_OMEGA_Z; k++)
-        has_spin = has_spin && rebound_table_gives(table, k);
+        has_spin = has_spin && rbt_has_variable(table, k);
     for (int k = RBT_U; k <= RBT_W; k++)
-        if (!rebound_table_gives(table, k))
+        if (!rbt_has_variable(table, k))
             refuse("table", "one without all velocity components", "one with u, v, w");
     if (settings->spin == SPIN_IF_POSSIBLE)
         settings->spin = has_spin;
@@ -169,7 +151,9 @@ static void check_table(rebound_settings_t *settings, const rbt_table *table)
     if (settings->half_size == 0.0)
         refuse("half_size", "none", "a positive number, for a table with meshes");
     if (settings->face_histograms && settings->histogram_speed == 0.0)
-        settings->histogram_speed = highest_speed(table);
+        settings->histogram_speed = rbt_highest_speed(table);
+    if (settings->face_histograms && settings->histogram_speed == 0.0)
+        refuse("histogram_speed", "none", "a positive speed in m/s, for a table of any speed");
     if (settings->gas_torque < 0.0) /* not given */
         settings->gas_torque = settings->spin;
     if (!settings->spin && settings->gas_torque > 0.0)

@@ -1,31 +1,28 @@
-/* rebound_sums.c - sums and histograms over the particles that met each boundary face, since the
-   start: fields that code_saturne writes with its own and reads at a restart.
+/* rebound_sums.c - sums and histograms over the particles that met each boundary face since the start.
 
-   Part of rebound-tables; MIT licence. */
+   They are fields, which code_saturne writes with its own and reads at a restart. rebound_sampler.h adds the
+   hits. Part of rebound-tables; MIT licence. */
 
-#include <math.h>
 #include <stdio.h>
 
 #include "cs_field.h"
-#include "cs_math.h"
 #include "cs_mesh_location.h"
 #include "cs_post.h"
 #include "cs_restart_default.h"
 
+#include "rebound_sampler.h"
+
 #include "rebound_wall.h"
 
-enum { HITS, DEPOSITS, MASS, BEFORE, LOST, ANGLE, WORK_NORMAL, WORK_SHEAR, SUMS };
+/* Names of the sums of rbt_add_face_hit, in their order. */
+static const char *const names[RBT_FACE_SUMS] = {
+    "rebound_hits",          "rebound_deposits",    "rebound_mass",
+    "rebound_energy_before", "rebound_energy_lost", "rebound_angle_deg",
+    "rebound_work_normal",   "rebound_work_shear",
+};
+static cs_field_t *sums[RBT_FACE_SUMS];
 
-static const char *const names[SUMS] = {"rebound_hits",        "rebound_deposits",
-                                        "rebound_mass",        "rebound_energy_before",
-                                        "rebound_energy_lost", "rebound_angle_deg",
-                                        "rebound_work_normal", "rebound_work_shear"};
-static cs_field_t *sums[SUMS];
-
-/* Hits by bin of the impact angle, from 0 to 90 degrees, and of the impact speed, from 0 to a limit,
-   m/s; the last one has all faster hits as well. */
-enum { BINS = 10 };
-static cs_field_t *angles[BINS], *speeds[BINS];
+static cs_field_t *angles[RBT_FACE_BINS], *speeds[RBT_FACE_BINS];
 static double most_speed;
 
 static cs_field_t *make_field(const char *name)
@@ -39,56 +36,35 @@ static cs_field_t *make_field(const char *name)
 
 void rebound_sums_make(int works)
 {
-    for (int i = 0; i < (works ? SUMS : WORK_NORMAL); i++)
-        sums[i] = make_field(names[i]);
+    for (int k = 0; k < (works ? RBT_FACE_SUMS : RBT_FACE_WORK_NORMAL); k++)
+        sums[k] = make_field(names[k]);
 }
 
 int rebound_sums_have_works(void)
 {
-    return sums[WORK_NORMAL] != NULL;
+    return sums[RBT_FACE_WORK_NORMAL] != NULL;
 }
 
 void rebound_histograms_make(double most)
 {
     most_speed = most;
-    for (int i = 0; i < BINS; i++) {
+    for (int k = 0; k < RBT_FACE_BINS; k++) {
         char name[64];
-        snprintf(name, sizeof name, "rebound_hits_of_angle_%d", i);
-        angles[i] = make_field(name);
-        snprintf(name, sizeof name, "rebound_hits_of_speed_%d", i);
-        speeds[i] = make_field(name);
+        snprintf(name, sizeof name, "rebound_hits_of_angle_%d", k);
+        angles[k] = make_field(name);
+        snprintf(name, sizeof name, "rebound_hits_of_speed_%d", k);
+        speeds[k] = make_field(name);
     }
 }
 
-static int bin(double value, double most)
+void rebound_sums_add(cs_lnum_t face_id, const rbt_face_hit *hit)
 {
-    return (int)fmin(BINS * value / most, BINS - 1);
-}
-
-void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
-                      const double normal[3], const double before[3], const double after[3],
-                      int stays, const double works[2])
-{
-    if (sums[HITS] == NULL && angles[0] == NULL)
-        return;
-    const double n = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_STAT_WEIGHT);
-    const double mass = n * cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS);
-    const double square = cs_math_3_dot_product(before, before);
-    const double sine = -cs_math_3_dot_product(before, normal) / sqrt(square);
-    const double angle = asin(sine < 1.0 ? sine : 1.0) * 180.0 / cs_math_pi;
+    double *face[RBT_FACE_SUMS];
+    for (int k = 0; k < RBT_FACE_SUMS; k++)
+        face[k] = sums[k] == NULL ? NULL : sums[k]->val + face_id;
+    rbt_add_face_hit(hit, face);
     if (angles[0] != NULL) {
-        angles[bin(angle, 90.0)]->val[face_id] += n;
-        speeds[bin(sqrt(square), most_speed)]->val[face_id] += n;
+        angles[rbt_angle_bin(hit)]->val[face_id] += hit->number;
+        speeds[rbt_speed_bin(hit, most_speed)]->val[face_id] += hit->number;
     }
-    if (sums[HITS] == NULL)
-        return;
-    sums[HITS]->val[face_id] += n;
-    sums[DEPOSITS]->val[face_id] += stays ? n : 0.0;
-    sums[MASS]->val[face_id] += mass;
-    sums[BEFORE]->val[face_id] += 0.5 * mass * square;
-    sums[LOST]->val[face_id] += 0.5 * mass * (square - cs_math_3_dot_product(after, after));
-    double *mean = sums[ANGLE]->val + face_id;
-    *mean += (angle - *mean) * n / sums[HITS]->val[face_id];
-    for (int k = 0; k < 2 && sums[WORK_NORMAL] != NULL; k++)
-        sums[WORK_NORMAL + k]->val[face_id] += mass * works[k];
 }

@@ -53,7 +53,7 @@ void rebound_wall_model(void)
     table = rebound_settings_read(&settings);
     rebound_particles_make();
     if (settings.face_sums)
-        rebound_sums_make(rebound_table_gives(table, RBT_WORK_NORMAL));
+        rebound_sums_make(rbt_has_variable(table, RBT_WORK_NORMAL));
     if (settings.face_histograms)
         rebound_histograms_make(settings.histogram_speed);
 }
@@ -93,43 +93,27 @@ void rebound_wall_zones(void)
     resumed = 1;
 }
 
-static double *kept_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id)
+/* Identity of a particle, the index of the random numbers. */
+static uint64_t identity_of(const double *attributes)
 {
-    return (cs_real_t *)cs_lagr_particles_attr(particles, p_id, CS_LAGR_USER) +
-           rebound_wall_attribute();
+    return ((uint64_t)attributes[REBOUND_STEP] << 32) | (uint64_t)attributes[REBOUND_NUMBER];
 }
 
-static uint64_t identity_of(const double *kept)
-{
-    return ((uint64_t)kept[REBOUND_STEP] << 32) | (uint64_t)kept[REBOUND_NUMBER];
-}
-
-/* Moment of inertia about a spin [kg m2]. Where the inertia is not known, it is the mean moment of the
-   particle's grain; of a mesh, that of the sphere of equal volume. */
-static double moment_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double inertia)
-{
-    const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
-    const double mass = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS);
-    const double a = settings.half_size * d;
-    if (inertia <= 0.0) {
-        const uint64_t index = identity_of(kept_of(particles, p_id));
-        double grain[3];
-        if (rbt_grains(table, 1, settings.seed, &index, NULL, grain) == RBT_OK)
-            inertia = rbt_inertia(grain);
-    }
-    return inertia > 0.0 ? inertia * mass * a * a : 0.1 * mass * d * d;
-}
-
-/* Let the gas act on a spin for a time [s], which may be negative. */
+/* Let the gas act on a spin for a time [s]. A negative time goes back. */
 static void fly(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, double time, double inertia,
                 double omega[3])
 {
-    const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
+    const double diameter = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
+    const double mass = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS);
     const cs_lnum_t cell = cs_lagr_particles_get_lnum(particles, p_id, CS_LAGR_CELL_ID);
     const cs_lagr_extra_module_t *gas = cs_glob_lagr_extra_module;
-    if (cs_math_3_norm(omega) > 0.0 && settings.gas_torque > 0.0)
-        rbt_spin_after(omega, time, moment_of(particles, p_id, inertia) / settings.gas_torque, d,
-                       gas->cromf->val[cell], gas->viscl->val[cell], NULL, omega);
+    if (!(cs_math_3_norm(omega) > 0.0 && settings.gas_torque > 0.0))
+        return;
+    const double moment = rbt_moment_of_inertia(table, settings.seed,
+                                                identity_of(rebound_particles_attributes(particles, p_id)), inertia,
+                                                mass, settings.half_size * diameter, diameter);
+    rbt_spin_after(omega, time, moment / settings.gas_torque, diameter, gas->cromf->val[cell],
+                   gas->viscl->val[cell], NULL, omega);
 }
 
 void rebound_wall_flight(void)
@@ -138,8 +122,8 @@ void rebound_wall_flight(void)
     if (settings.gas_torque <= 0.0)
         return;
     for (cs_lnum_t p = 0; p < particles->n_particles; p++) {
-        double *kept = kept_of(particles, p);
-        fly(particles, p, cs_glob_lagr_time_step->dtp, kept[REBOUND_INERTIA], kept + REBOUND_OMEGA);
+        double *attributes = rebound_particles_attributes(particles, p);
+        fly(particles, p, cs_glob_lagr_time_step->dtp, attributes[REBOUND_INERTIA], attributes + REBOUND_OMEGA);
     }
 }
 
@@ -178,18 +162,19 @@ static void mirror(const double normal[3], cs_real_t vector[3])
 static int deposit(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
                    cs_real_t velocity[3])
 {
-    double *kept = kept_of(particles, p_id);
+    double *attributes = rebound_particles_attributes(particles, p_id);
     const double d = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
-    const double over = settings.deposit_diameter > 0.0 ? settings.deposit_diameter / d : 1.0;
-    if (!rbt_deposits(velocity, normal, settings.deposit_speed * pow(over, 10.0 / 7.0), NULL))
+    const double critical_speed =
+        rbt_critical_speed_at(d, settings.deposit_speed, settings.deposit_diameter);
+    if (!rbt_deposits(velocity, normal, critical_speed, NULL))
         return 0;
     cs_lagr_particles_set_flag(particles, p_id, CS_LAGR_PART_DEPOSITED | CS_LAGR_PART_FIXED);
     particles->n_part_dep += 1;
     particles->weight_dep += cs_lagr_particles_get_real(particles, p_id, CS_LAGR_STAT_WEIGHT);
     for (int k = 0; k < 3; k++)
-        velocity[k] = kept[REBOUND_OMEGA + k] = 0.0;
-    kept[REBOUND_INERTIA] = 0.0;
-    kept[REBOUND_HITS] += 1.0;
+        velocity[k] = attributes[REBOUND_OMEGA + k] = 0.0;
+    attributes[REBOUND_INERTIA] = 0.0;
+    attributes[REBOUND_HITS] += 1.0;
     counts[HITS]++;
     counts[DEPOSITED]++;
     return 1;
@@ -214,15 +199,15 @@ static void refuse(const rbt_impacts *impact, int code)
 static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
                 double rest, cs_real_t velocity[3], double works[2])
 {
-    double *kept = kept_of(particles, p_id), *omega = kept + REBOUND_OMEGA;
+    double *attributes = rebound_particles_attributes(particles, p_id), *omega = attributes + REBOUND_OMEGA;
     const double diameter = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_DIAMETER);
     const double roughness = rebound_settings_roughness(&settings, diameter);
     const double a = settings.half_size * diameter;
-    const uint64_t index = identity_of(kept);
-    const uint32_t hit = (uint32_t)kept[REBOUND_HITS];
-    const double inertia = kept[REBOUND_INERTIA];
+    const uint64_t index = identity_of(attributes);
+    const uint32_t hit = (uint32_t)attributes[REBOUND_HITS];
+    const double inertia = attributes[REBOUND_INERTIA];
     double before[3] = {omega[0], omega[1], omega[2]}, new_velocity[3], new_omega[3], new_inertia;
-    if (!(kept[REBOUND_STEP] >= 1.0))
+    if (!(attributes[REBOUND_STEP] >= 1.0))
         bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, "
                   "allowed: a call of rebound_wall_new in cs_user_lagr_in");
     fly(particles, p_id, -rest, inertia, before); /* the whole time step is behind it, but for the rest */
@@ -248,8 +233,8 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     fly(particles, p_id, rest, new_inertia, new_omega);
     memcpy(velocity, new_velocity, sizeof new_velocity);
     memcpy(omega, new_omega, sizeof new_omega);
-    kept[REBOUND_INERTIA] = new_inertia;
-    kept[REBOUND_HITS] += 1.0;
+    attributes[REBOUND_INERTIA] = new_inertia;
+    attributes[REBOUND_HITS] += 1.0;
     counts[HITS]++;
     for (int kind = 0; kind < 4; kind++)
         counts[ANGLE + kind] += after.flagged[kind];
@@ -275,12 +260,28 @@ static int rebound(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const doub
 static void reflect(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
                     cs_real_t velocity[3], double path[3])
 {
-    double *omega = kept_of(particles, p_id) + REBOUND_OMEGA;
+    double *omega = rebound_particles_attributes(particles, p_id) + REBOUND_OMEGA;
     mirror(normal, velocity);
     mirror(normal, path);
     mirror(normal, omega);
     for (int k = 0; k < 3; k++)
         omega[k] = -omega[k];
+}
+
+/* Add a hit, with the velocities before and after it, to the statistics of its face. */
+static void add_to_face(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
+                        const double normal[3], const double before[3], const double after[3],
+                        int stays, const double works[2])
+{
+    rbt_face_hit hit = {0};
+    hit.number = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_STAT_WEIGHT);
+    hit.mass = cs_lagr_particles_get_real(particles, p_id, CS_LAGR_MASS);
+    memcpy(hit.before, before, sizeof hit.before);
+    memcpy(hit.after, after, sizeof hit.after);
+    memcpy(hit.normal, normal, sizeof hit.normal);
+    memcpy(hit.works, works, sizeof hit.works);
+    hit.stays = stays;
+    rebound_sums_add(face_id, &hit);
 }
 
 void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
@@ -307,7 +308,7 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     if (is_symmetry[b_zone_id])
         reflect(particles, p_id, normal, velocity, path);
     else if (stays || rebound(particles, p_id, normal, velocity, path, works))
-        rebound_sums_add(particles, p_id, face_id, normal, before, velocity, stays, works);
+        add_to_face(particles, p_id, face_id, normal, before, velocity, stays, works);
     for (int k = 0; k < 3; k++) {
         start[k] = c_intersect[k] + START_SHIFT * (centre[k] - c_intersect[k]);
         end[k] = stays ? start[k] : c_intersect[k] + path[k];

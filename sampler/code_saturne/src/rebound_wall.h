@@ -55,6 +55,7 @@ void rebound_wall_log(void);
 /* -- between our own files --------------------------------------------------------------------- */
 
 struct rbt_table;
+struct rbt_face_hit;
 
 /* Values of rebound_wall.cfg. */
 typedef struct {
@@ -82,21 +83,22 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings);
 /* Standard deviation [rad] of the tilt that a particle of a diameter [m] meets; 0: smooth walls. */
 double rebound_settings_roughness(const rebound_settings_t *settings, double diameter);
 
-/* Whether a table has a variable, RBT_U to RBT_WORK_SHEAR; rebounds have 0 for others. */
-int rebound_table_gives(const struct rbt_table *table, int variable);
-
-/* Make the fields of sums by face, of works too or not, and of histograms; whether there are sums of
-   works; add a hit of a particle, with its velocities before and after, and the works of its impulses
-   [J/kg]. */
+/* Make the fields of sums by face, those of works only if the table has works. */
 void rebound_sums_make(int works);
-void rebound_histograms_make(double most);
-int rebound_sums_have_works(void);
-void rebound_sums_add(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, cs_lnum_t face_id,
-                      const double normal[3], const double before[3], const double after[3],
-                      int stays, const double works[2]);
 
-/* Add our user attributes to the model; read them from the files of a restart. */
+/* Make the fields of histograms by face; the last bin of speeds would end at `most`, m/s. */
+void rebound_histograms_make(double most);
+
+/* Whether there are sums of works. */
+int rebound_sums_have_works(void);
+
+/* Add a hit to the fields of a boundary face, as far as there are fields. */
+void rebound_sums_add(cs_lnum_t face_id, const struct rbt_face_hit *hit);
+
+/* Our user attributes: add them to the model, find those of a particle, read them from the files of a
+   restart. */
 void rebound_particles_make(void);
+cs_real_t *rebound_particles_attributes(cs_lagr_particle_set_t *particles, cs_lnum_t p_id);
 void rebound_particles_resume(void);
 
 #endif

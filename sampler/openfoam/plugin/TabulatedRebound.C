@@ -5,10 +5,13 @@
 // * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * * //
 
 template<class CloudType>
-void Foam::TabulatedRebound<CloudType>::checkComponents()
+void Foam::TabulatedRebound<CloudType>::checkVariables()
 {
     const bool plane = this->mesh().nGeometricD() < 3;
-    const auto has = [&](const int variable) { return rebound::gives(*grains_.table, variable); };
+    const auto has = [&](const int variable)
+    {
+        return rbt_has_variable(grains_.table.get(), variable) == 1;
+    };
 
     rebound::need(has(RBT_U) && has(RBT_V) && (plane || has(RBT_W)), this->coefficients(),
         "tableFile", "a table without all velocity components",
@@ -140,12 +143,12 @@ void Foam::TabulatedRebound<CloudType>::makeStatistics()
 
     if (coeffs.template lookupOrDefault<Switch>("faceSums", false))
     {
-        statistics_.makeSums(rebound::gives(*grains_.table, RBT_WORK_NORMAL));
+        statistics_.makeSums(rbt_has_variable(grains_.table.get(), RBT_WORK_NORMAL));
     }
 
     if (!coeffs.template lookupOrDefault<Switch>("faceHistograms", false)) return;
 
-    const scalar highest = rebound::highestSpeed(*grains_.table);
+    const scalar highest = rbt_highest_speed(grains_.table.get());
     const scalar most = coeffs.template lookupOrDefault<scalar>("histogramSpeed", highest);
 
     rebound::need(most > 0, coeffs, "histogramSpeed", most,
@@ -162,8 +165,7 @@ bool Foam::TabulatedRebound<CloudType>::deposit
     const vector& Uwall
 )
 {
-    const scalar over = depositDiameter_ > 0 ? depositDiameter_/p.d() : 1;
-    const scalar critical = depositSpeed_*pow(over, 10.0/7.0);
+    const scalar critical = rbt_critical_speed_at(p.d(), depositSpeed_, depositDiameter_);
 
     if (!rbt_deposits(&p.U()[0], &n[0], critical, &Uwall[0])) return false;
 
@@ -329,7 +331,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     grains_.table = rebound::openTable(path, coeffs);
     hasSpinLaw_ = rbt_has_spin_law(grains_.table.get());
 
-    checkComponents();
+    checkVariables();
     checkHalfSize();
     checkDeposit();
     checkInjection();
@@ -381,7 +383,7 @@ bool Foam::TabulatedRebound<CloudType>::correct
     if (!stays) draw(p, pp, -nOut, Uwall, works);
 
     const vector after(stays ? vector(Zero) : p.U() - Uwall);
-    statistics_.add(p, pp, nOut, Urelative, after, stays, works);
+    statistics_.add(p, pp, -nOut, Urelative, after, stays, works);
 
     // A plane or wedge case cannot move a parcel out of its plane
     meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());

@@ -7,8 +7,6 @@
 #include "mathematicalConstants.H"
 #include "stringOps.H"
 
-#include <algorithm>
-
 static_assert(sizeof(Foam::scalar) == sizeof(double), "draws are in double precision");
 
 
@@ -25,24 +23,6 @@ std::shared_ptr<const rbt_table> Foam::rebound::openTable
         string("a file that `sampler export` wrote (") + rbt_strerror(code) + ")");
 
     return std::shared_ptr<const rbt_table>(table, rbt_close);
-}
-
-
-bool Foam::rebound::gives(const rbt_table& table, const int variable)
-{
-    int columns[RBT_VALUES];
-    const int n = rbt_variables(&table, columns);
-
-    return std::find(columns, columns + n, variable) != columns + n;
-}
-
-
-Foam::scalar Foam::rebound::highestSpeed(const rbt_table& table)
-{
-    rbt_range range;
-    rbt_covered(&table, &range);
-
-    return range.speed[1] < 1e300 ? range.speed[1] : 0;
 }
 
 
