@@ -24,7 +24,7 @@ from documents import DOCUMENTS, ROOT, SHELL
 import sampler
 from tablegen import parse_config
 
-#: Need CuPy and a file to cache: run by tests/embedding/test_trackers.py.
+#: Run by tests/embedding/test_trackers.py: one needs CuPy, the other takes long to compile.
 ELSEWHERE = [ROOT / "sampler" / "device" / "README.md", ROOT / "sampler" / "NUMBA.md"]
 
 every_document = pytest.mark.parametrize("path", DOCUMENTS, ids=lambda p: str(p.relative_to(ROOT)))

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toolchain
-from documents import blocks
 
 import sampler
 
@@ -92,8 +91,3 @@ def test_a_missing_table_is_said(folder):
     assert len(said) == 1
     assert said[0].startswith("rebound_wall: corundum-steel.rbt: file: cannot be opened")
     assert said[0].endswith("; all particles that meet a wall are aborted")
-
-
-def test_page_has_this_function():
-    page = (toolchain.INCLUDE / "README.md").read_text(encoding="utf-8")
-    assert SOURCE.read_text(encoding="utf-8") in [block.text for block in blocks(page)]

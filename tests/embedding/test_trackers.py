@@ -1,4 +1,4 @@
-"""Trackers in each language, with which most pages begin, give the numbers of Python's."""
+"""Programs of pages print what the pages show, and trackers agree with Python's."""
 
 import os
 import re
@@ -15,11 +15,14 @@ from documents import ROOT, SHELL, blocks
 import sampler
 
 PACKAGE = toolchain.INCLUDE.parent
-TRACKERS = {
-    "PYTHON.md": ROOT / "docs" / "examples" / "tracker.py",
-    "NUMBA.md": ROOT / "docs" / "examples" / "tracker_numba.py",
-    "c/README.md": PACKAGE / "c" / "tracker.c",
-    "fortran/README.md": PACKAGE / "fortran" / "tracker.f90",
+EXAMPLES = ROOT / "docs" / "examples"
+
+#: File as which a reader saves the program of a page, the first block of it.
+PROGRAMS = {
+    "PYTHON.md": "rebound.py",
+    "NUMBA.md": "rebound.py",
+    "c/README.md": "rebound.c",
+    "fortran/README.md": "rebound.f90",
 }
 
 
@@ -35,7 +38,7 @@ def expected():
     """What the tracker in Python returns: ends, hits, sums of squared velocity and of spin."""
     table = sampler.load("corundum-steel")
     with pytest.warns(sampler.OutsideTableWarning):
-        return runpy.run_path(str(TRACKERS["PYTHON.md"]))["follow"](table, 2000)
+        return runpy.run_path(str(EXAMPLES / "tracker.py"))["follow"](table, 2000)
 
 
 @pytest.fixture
@@ -64,42 +67,54 @@ def run_shell(text, folder):
     return toolchain.run(*words, PATH=path, PYTHONPATH=roots)
 
 
+def numbers_in(printed):
+    """Numbers behind the colons of what a tracker prints."""
+    return [float(line.partition(":")[2]) for line in printed.splitlines()]
+
+
 def check(printed, expected):
     """Counts are equal, and sums to the last digits of atan2, cos and sin over ten hits."""
-    numbers = [float(x) for x in printed.splitlines()[-1].split()[:5]]
+    numbers = numbers_in(printed)[:5]
     np.testing.assert_array_equal(numbers[:3], expected[:3])
     np.testing.assert_allclose(numbers[3:], expected[3:], rtol=1e-9)
 
 
-@pytest.mark.parametrize("page", TRACKERS)
-def test_page_begins_with_its_tracker(page):
-    assert blocks_of(page)[0][0].text == TRACKERS[page].read_text(encoding="utf-8")
-
-
 def test_numba(folder, expected):
-    check(run_shell(f"python {TRACKERS['NUMBA.md']}", folder), expected)
+    check(run_shell(f"python {EXAMPLES / 'tracker_numba.py'}", folder), expected)
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "g++", "gfortran", "on host"])
 def test_compiled(compiler, folder, expected):
+    tracker = PACKAGE / "c" / "tracker.c"
     if compiler == "gfortran":
-        program = toolchain.build_fortran([TRACKERS["fortran/README.md"]], folder, ["-O1"])
+        tracker = PACKAGE / "fortran" / "tracker.f90"
+        program = toolchain.build_fortran([tracker], folder, ["-O1"])
     elif compiler == "on host":
         program = toolchain.build_on_host(PACKAGE / "c" / "tracker.cu", folder / "kernel")
     else:
         # g++ warns of the records that C begins with {0}
         flags = ["-Wno-missing-field-initializers"] if compiler == "g++" else []
-        program = toolchain.build(compiler, [TRACKERS["c/README.md"]], folder / "strict", flags)
+        program = toolchain.build(compiler, [tracker], folder / "strict", flags)
     check(toolchain.run(program), expected)
 
 
-@pytest.mark.parametrize("page", ["c/README.md", "fortran/README.md"])
-def test_commands_of_a_page(page, folder, expected):
-    shutil.copy(TRACKERS[page], folder)
-    toolchain.require("gfortran" if page.startswith("fortran") else "gcc")
-    for block, left_out in blocks_of(page):
+@pytest.mark.parametrize("page", PROGRAMS)
+def test_a_page_shows_what_its_programs_print(page, folder):
+    """Each block of output is that of the program or of the commands before it."""
+    toolchain.require({"c": "gcc", "f": "gfortran"}.get(page[0], "gcc"))
+    (program, _), *others = blocks_of(page)
+    (folder / PROGRAMS[page]).write_text(program.text)
+    (folder / "docs").symlink_to(ROOT / "docs")  # commands of Python's pages begin in a checkout
+    printed = run_shell("python rebound.py", folder) if program.language == "python" else None
+    outputs = []
+    for block, left_out in others:
         if block.language in SHELL and not left_out:
-            check(run_shell(block.text, folder), expected)
+            printed = run_shell(block.text, folder)
+        elif block.language == "text":
+            outputs.append((printed, block.text))
+    rebound, tracker = outputs
+    assert rebound[0].endswith(rebound[1])  # commands print before the program
+    np.testing.assert_allclose(*map(numbers_in, tracker), rtol=1e-9)
 
 
 def test_choosing_a_table(folder):
@@ -116,7 +131,10 @@ def test_cupy(tmp_path, capsys):
     )
     with cupy_on_host.in_place_of_cupy(tmp_path):
         exec(compile(text, "device/README.md", "exec"), values := {})
-    keys = {"seed": 7, "index": range(1000)}
-    host = values["table"].rebound(values["velocity"], values["normal"], 20e-6, **keys)
-    np.testing.assert_allclose(values["v"].get(), host.velocity, rtol=0, atol=1e-9)
-    assert capsys.readouterr().out == "0 outside the table\n"
+    velocity = np.tile([120.0, -90.0, 0.0], (1000, 1))
+    keys = {"seed": 7, "index": range(1000), "hit": 0}
+    host = values["table"].rebound(velocity, [0.0, 1.0, 0.0], 20e-6, **keys)
+    np.testing.assert_allclose(values["velocity"].get(), host.velocity, rtol=0, atol=1e-9)
+    blocks_of_page = [block for block, _ in blocks_of("device/README.md")]
+    outputs = [block.text for block in blocks_of_page if block.language == "text"]
+    assert [capsys.readouterr().out] == outputs
