@@ -19,16 +19,19 @@
 
 #include "rebound_wall.h"
 
+/* The value of `spin` until the table is known: yes if the table has a spin law. */
 enum { SPIN_IF_POSSIBLE = -1 };
 
 #define DEGREE (3.14159265358979323846 / 180.0)
 
+/* End the run because of a setting. */
 static void refuse(const char *name, const char *got, const char *allowed)
 {
     bft_error(__FILE__, __LINE__, 0, "%s: %s: got %s, allowed: %s", REBOUND_SETTINGS_FILE, name,
               got, allowed);
 }
 
+/* Read a whole number of 64 bits. */
 static uint64_t read_seed(const char *text)
 {
     char *end = NULL;
@@ -86,6 +89,7 @@ static int take_number(rebound_settings_t *settings, const char *name, const cha
     return 0;
 }
 
+/* Take a line of the file. */
 static void take(rebound_settings_t *settings, int *has_seed, const char *name, const char *value)
 {
     if (strcmp(name, "table") == 0) {
@@ -111,6 +115,7 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
     }
 }
 
+/* Read all lines of the file. */
 static void read_file(rebound_settings_t *settings)
 {
     char line[512], name[64], value[256], more[2];

@@ -1,6 +1,8 @@
-/* rebound_wall.c - rebounds at walls, and spins between them.
+/* rebound_wall.c - rebounds at walls, and spins between them, in SI units.
 
-   Part of rebound-tables; MIT licence. */
+   code_saturne calls rebound_wall_interaction at each wall: it finds the normal, lets the particle stay
+   (deposit), rebound (draw) or mirror (reflect), adds the hit to the statistics of the face, and turns the rest
+   of its path. Part of rebound-tables; MIT licence. */
 
 #include <math.h>
 #include <string.h>
@@ -27,14 +29,15 @@
 
 static rebound_settings_t settings;
 static rbt_table *table = NULL;
-static int *is_symmetry = NULL; /* of each zone that is ours; -1: not ours */
+static int *is_symmetry = NULL; /* for each zone: 1 a symmetry plane, 0 a wall, -1 not ours */
 static int n_zones = 0;
 static int resumed = 0;
 
-/* Of this process: impacts, those after which particles stayed, and those with each flag. */
+/* Counts of this process: hits of walls, hits after which particles stayed, hits with each flag. */
 enum { HITS, DEPOSITED, ANGLE, SPEED, SPIN, EXTRAPOLATED, COUNTS };
 static cs_gnum_t counts[COUNTS] = {0};
 
+/* Refuse models of code_saturne that do not go together with rebounds from a table. */
 static void check_models(void)
 {
     const cs_lagr_model_t *model = cs_glob_lagr_model;
@@ -58,7 +61,7 @@ void rebound_wall_model(void)
         rebound_histograms_make(settings.histogram_speed);
 }
 
-/* A rotation turns velocities of particles that pass it, not their spins. */
+/* Refuse a periodicity of rotation, which turns the velocities of particles but not their spins. */
 static void check_periodicity(void)
 {
     const fvm_periodicity_t *periodicity = cs_glob_mesh->periodicity;
@@ -127,8 +130,8 @@ void rebound_wall_flight(void)
     }
 }
 
-/* Start of the path to CS_LAGR_COORDS that the tracker follows: first in a particle's data, in a
-   private structure of code_saturne, which is checked at each hit. */
+/* Start of the path that the tracker of code_saturne follows to CS_LAGR_COORDS. It is the first entry of a
+   particle's data, in a private structure; so each hit checks that the path leads through the wall. */
 static cs_real_t *start_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
                            const cs_real_t end[3], const cs_real_t hit[3], double t)
 {
@@ -142,7 +145,7 @@ static cs_real_t *start_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     return start;
 }
 
-/* Unit normal from the wall into the gas; the one that is given may have either sign. */
+/* Unit normal from the wall into the gas. code_saturne's face_norm may have either sign. */
 static void normal_into_gas(cs_lnum_t face_id, const cs_real_t face_norm[3], double normal[3])
 {
     const cs_real_t *outwards = cs_glob_mesh_quantities->b_face_normal + 3 * (size_t)face_id;
@@ -151,6 +154,7 @@ static void normal_into_gas(cs_lnum_t face_id, const cs_real_t face_norm[3], dou
         normal[k] = sign * face_norm[k];
 }
 
+/* Mirror a vector at a plane. */
 static void mirror(const double normal[3], cs_real_t vector[3])
 {
     const double twice = 2.0 * cs_math_3_dot_product(normal, vector);
@@ -180,6 +184,7 @@ static int deposit(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const doub
     return 1;
 }
 
+/* End the run because of an impact that is outside the table, or cannot be drawn. */
 static void refuse(const rbt_impacts *impact, int code)
 {
     const double *v = impact->velocity, none[3] = {0.0, 0.0, 0.0};
@@ -194,8 +199,8 @@ static void refuse(const rbt_impacts *impact, int code)
               range.spin[1], rbt_strerror(code));
 }
 
-/* Draw the rebound of a particle, at a time [s] before the end of the time step, and the works of its
-   impulses [J/kg]. Returns 0, and changes nothing, if it leaves already, or rests. */
+/* Draw the rebound of a particle `rest` [s] before the end of the time step, and the works of its impulses
+   [J/kg]. If the particle leaves the wall already, or rests, returns 0 and changes nothing. */
 static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
                 double rest, cs_real_t velocity[3], double works[2])
 {
@@ -210,7 +215,8 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     if (!(attributes[REBOUND_STEP] >= 1.0))
         bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, "
                   "allowed: a call of rebound_wall_new in cs_user_lagr_in");
-    fly(particles, p_id, -rest, inertia, before); /* the whole time step is behind it, but for the rest */
+    /* rebound_wall_flight has flown the whole time step already, so go back to the time of the hit */
+    fly(particles, p_id, -rest, inertia, before);
     const rbt_impacts impact = {.velocity = velocity,
                                 .normal = normal,
                                 .half_size = &a,
@@ -241,8 +247,9 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     return 1;
 }
 
-/* Set the new velocity and the works, and turn the rest of the path, given as it would go on behind
-   the wall. The path of a particle that leaves already, or rests, is mirrored: no hit, 0. */
+/* Rebound a particle: set its velocity and the works, and turn the rest of its path, which comes in as it
+   would go on behind the wall. If the particle leaves the wall already, or rests, its path is mirrored, and 0
+   returned: this is no hit. */
 static int rebound(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
                    cs_real_t velocity[3], double path[3], double works[2])
 {
@@ -256,7 +263,7 @@ static int rebound(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const doub
     return drawn;
 }
 
-/* As at a symmetry plane of code_saturne, and the spin, which turns the other way round. */
+/* Reflect a particle at a symmetry plane, as code_saturne does, and its spin, an axial vector. */
 static void reflect(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double normal[3],
                     cs_real_t velocity[3], double path[3])
 {

@@ -24,7 +24,7 @@ void Foam::TabulatedRebound<CloudType>::checkVariables()
 template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkHalfSize()
 {
-    // Only a spin depends on it, which a table without a spin law does not keep
+    // Only a spin depends on the half-size, and a table without a spin law keeps none
     const scalar mean = hasSpinLaw_ ? rbt_mean_half_size(grains_.table.get(), 1) : 0.5;
     const scalar given =
         this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", mean);
@@ -77,7 +77,7 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
     rebound::need(hasSpinLaw_ && givesSpin_, coeffs, "spin", "yes",
         "no, with a table without spin law or angular velocities");
 
-    // Angular momenta are nobody else's
+    // No other model uses the angular momentum of parcels
     if (spinOf::ofMomentum) return;
 
     const word dispersion =
@@ -113,7 +113,7 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
 
     if (!keepsSpin_) return;
 
-    // Models for other walls of the same cloud came first
+    // If the cloud has another such model for other walls, that model has added the object already
     for (const CloudFunctionObject<CloudType>& other : this->owner().functions())
     {
         if (isA<SpinInFlight<CloudType>>(other))
@@ -248,7 +248,7 @@ void Foam::TabulatedRebound<CloudType>::draw
 template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::report(Ostream* print, Ostream* table)
 {
-    // As scalars: labels may have too few bits
+    // Sums are scalars, because labels may have too few bits
     scalarField all
     (
         this->template getModelProperty<scalarField>("counts", scalarField(COUNTS, Zero))
@@ -324,7 +324,7 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
 
     if (!path.isAbsolute())
     {
-        // Of the whole case, not of the part that one processor has
+        // Relative to the whole case, and not to the part of it that one processor has
         path = this->mesh().time().globalPath()/path;
     }
 
@@ -372,7 +372,7 @@ bool Foam::TabulatedRebound<CloudType>::correct
 
     const vector Urelative(p.U() - Uwall);
 
-    // On the wall but leaving it already. A velocity of NaN is an error, below
+    // The parcel leaves the wall already. If its velocity is NaN, the draw below refuses it
     if ((Urelative & nOut) <= 0) return true;
 
     ++counts_[HITS];
@@ -385,7 +385,7 @@ bool Foam::TabulatedRebound<CloudType>::correct
     const vector after(stays ? vector(Zero) : p.U() - Uwall);
     statistics_.add(p, pp, -nOut, Urelative, after, stays, works);
 
-    // A plane or wedge case cannot move a parcel out of its plane
+    // In a plane or wedge case no parcel may leave the plane
     meshTools::constrainDirection(this->mesh(), this->mesh().geometricD(), p.U());
 
     return true;
