@@ -1,15 +1,19 @@
-/* The library that Python loads: the draw, and what Python alone needs. */
+/* The library that Python loads: the functions of the header, and what only Python needs.
+
+   Units are those of the header. build.py compiles this file; sampler/library.py calls it. */
 
 #include "rebound_sampler.h"
 
-/* As rbt_open_memory, for an image that Python has just made of a table that it has checked: there is
-   no checksum. */
+/* Open an image as rbt_open_memory does, but without a checksum: Python has just made it from a table that it
+   has checked. */
 int rbt_open_image(const void *image, size_t size, rbt_table **table)
 {
     return rbti_open(image, size, 0, table);
 }
 
-/* -- functions of one particle for n of them: arrays have n numbers, or 3 n where they are vectors -- */
+/* -- functions of one particle, called for n particles ---------------------------------------------
+
+   Arrays have n numbers, or 3 n if they are vectors. */
 
 void rbt_gas_torque_rows(size_t n, const double *omega, const double *diameter,
                          const double *density, const double *viscosity,
@@ -64,7 +68,7 @@ void rbt_critical_speed_rows(size_t n, const double *diameter, const double *den
                                       wall_poisson[k]);
 }
 
-/* Tilts, NaN where rbt_wall_tilt refuses the lengths. */
+/* Tilts; NaN if rbt_wall_tilt refuses the lengths of a row. */
 void rbt_wall_tilt_rows(size_t n, const double *ra, const double *rq, const double *rsm,
                         const double *diameter, double *tilt)
 {

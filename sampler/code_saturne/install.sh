@@ -20,9 +20,9 @@ for package in "${packages[@]}"; do
         wanted+=("$package")
 done
 if [ "${#wanted[@]}" -gt 0 ]; then
-    [ "$(id -u)" -eq 0 ] || fail "user: got $(id -un), allowed: root, to install ${wanted[*]}"
+    [ "$(id -u)" -eq 0 ] || fail "only root can install ${wanted[*]}, and you are $(id -un)"
     export DEBIAN_FRONTEND=noninteractive
     { apt-get update -qq && apt-get install -y -qq --no-install-recommends "${wanted[@]}"; } \
-        >&2 || fail "packages: got an error from apt-get, allowed: ${wanted[*]}"
+        >&2 || fail "apt-get did not install ${wanted[*]}; its messages are above"
 fi
 USER="${USER:-nobody}" code_saturne info --version

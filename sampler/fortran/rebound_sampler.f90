@@ -5,18 +5,18 @@
 !     #define REBOUND_SAMPLER_IMPLEMENTATION
 !     #include "rebound_sampler.h"
 !
-! and link both with the C mathematics library (-lm). What functions do, and what they return, is
-! said in the header; names, their order and codes are the same. Fields of its records are arguments,
-! and what is NULL or 0 there is left out:
+! and link both with the C mathematics library (-lm). The header describes what the functions do and
+! return; names, their order and codes are the same here. Fields of C's records are arguments here. Leave
+! out an argument that is NULL or 0 in C:
 !
 !     code = rbt_rebound(table, v, normal, a, omega=spin, inertia=k, index=particle, hit=hit, &
 !         seed=seed, new_velocity=new_v, new_omega=new_spin, new_inertia=new_k)
 !
-! Results must be other variables than arguments. For n particles arrays have the shapes (n), (3, n),
-! and (2, n) for works; where these do not agree, the code is RBT_ERR_MISSING, and nothing is written.
+! Results must be other variables than arguments. For n particles, arrays have the shapes (n), (3, n) for
+! vectors, and (2, n) for works. If shapes do not agree, the code is RBT_ERR_MISSING and nothing is written.
 !
-! Angles are in radians, everything else is in SI units. Rows and places count from 1. Unsigned
-! integers of C are the integers of equal size here, with the same bits: index -1 is the largest there.
+! Angles are in radians, everything else is in SI units. Rows, and the variables of a state, count from 1.
+! Unsigned integers of C are integers of the same size with the same bits: index -1 is the largest index.
 module rebound_sampler
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, &
       c_int32_t, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
@@ -49,13 +49,14 @@ module rebound_sampler
       RBT_VALUES = 10
   ! end constants
 
-  ! A table in memory: opened by rbt_open, ended by rbt_close. Copies are the same table.
+  ! A table in memory. rbt_open opens it and rbt_close ends it. A copy of this is the same table.
   type :: rbt_table
     private
     type(c_ptr) :: handle = c_null_ptr
   end type rbt_table
 
-  ! What a table covers, smallest and largest; see the header.
+  ! What a table covers, smallest and largest: impact angles, rad, speeds, m/s, spins, V/a, and the speeds
+  ! at which the material pair was measured, m/s.
   type, bind(c) :: rbt_range
     real(c_double), dimension(2) :: alpha1, speed, spin, measured
   end type rbt_range
@@ -78,13 +79,13 @@ module rebound_sampler
     integer(c_size_t) :: bad = 0, first_bad = 0, flagged(4) = 0
   end type c_rebounds
 
-  ! Rebound a particle, whose arguments are numbers and vectors, or n of them, in the lab frame.
+  ! Rebound one particle, with numbers and vectors, or n particles, with arrays, in the lab frame.
   interface rbt_rebound
     module procedure rebound_one, rebound_many
   end interface rbt_rebound
 
-  ! Grain of a particle: code of the shape, b/a and c/b, the one that it keeps or, with `hit`, a fresh
-  ! one; or the grains of n particles.
+  ! The grain of a particle, or the grains of n particles: code of the shape, b/a and c/b. It is the grain
+  ! that the particle keeps, or, with `hit`, the grain that `fresh` gives it at that hit.
   interface rbt_grains
     module procedure grains_one, grains_many
   end interface rbt_grains
@@ -169,9 +170,8 @@ module rebound_sampler
       integer(c_int) :: code
     end function c_grains
 
-    ! Standard deviation of the tilt of facets, rad, of a wall with a measured profile, as the header
-    ! says; all lengths in the same unit. rq below ra, which no profile has, is an error. `tilt` is as it
-    ! was after an error.
+    ! Standard deviation of the tilt of facets, rad, of a wall with a measured profile, by the formula in
+    ! the header. All lengths are in the same unit. After an error `tilt` is as it was.
     function rbt_wall_tilt(ra, rq, rsm, diameter, tilt) result(code) bind(c)
       import :: c_double, c_int
       real(c_double), value :: ra, rq, rsm, diameter
@@ -264,7 +264,7 @@ contains
     answer = c_associated(table%handle)
   end function rbt_is_open
 
-  ! End a table, which is closed afterwards; one that is closed may be given.
+  ! Close a table. It may be closed already.
   subroutine rbt_close(table)
     type(rbt_table), intent(inout) :: table
 
@@ -389,8 +389,8 @@ contains
     code = c_grains(table%handle, int(n, c_size_t), seed, index, hits, grains)
   end function grains_many
 
-  ! Draw a state for each column of `states`, whose rows are those of rbt_variables, and the inertia
-  ! about the spin after.
+  ! Draw a state for each column of `states`, whose rows are those of rbt_variables, and the inertias about
+  ! the spins after the rebounds.
   function rbt_sample(table, alpha1, speed, spin, inertia, grain, index, hit, inertia_after, fresh, &
       seed, states, codes) result(code)
     type(rbt_table), intent(in) :: table

@@ -17,7 +17,7 @@ bend="$FOLDER/bend"
 
 # Runs a program of OpenFOAM in a case.
 foam() {
-    (cd "$bend/$1" && "$2") >"$bend/$1/log.$2" 2>&1 || fail "$2: failed (see $bend/$1/log.$2)"
+    (cd "$bend/$1" && "$2") >"$bend/$1/log.$2" 2>&1 || fail "$2 failed; see $bend/$1/log.$2"
 }
 
 # Makes a fresh copy of the case, with its mesh.

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds libtabulatedRebound.so into FOLDER/lib; install.sh has been run.
+# Builds libtabulatedRebound.so into FOLDER/lib. Run install.sh before.
 #
 #     build.sh [FOLDER]          FOLDER: working folder, ~/.cache/rebound-tables/openfoam by default
 #
@@ -9,9 +9,9 @@ source "$(dirname "${BASH_SOURCE[0]}")/folder.sh"
 source "$HERE/environment.sh"
 export REBOUND_SAMPLER_INCLUDE="$HERE/../c"
 
-[ -f "$FOLDER/.wmake-complete" ] || fail "FOLDER: got $FOLDER, allowed: where install.sh was run"
+[ -f "$FOLDER/.wmake-complete" ] || fail "$FOLDER has no wmake; run: $HERE/install.sh $FOLDER"
 
-# what wmake noted of another checkout names files there
+# dependencies that wmake has noted for another checkout name files there
 if [ "$(cat "$FOLDER/plugin/.built-from" 2>/dev/null)" != "$HERE" ]; then
     rm -rf "$FOLDER/plugin"
 fi

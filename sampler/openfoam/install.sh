@@ -3,8 +3,8 @@
 #
 #     install.sh [FOLDER]        FOLDER: working folder, ~/.cache/rebound-tables/openfoam by default
 #
-# Asks for nothing, and does only what is missing. Downloads 45 MB beside the packages, and leaves
-# 0.4 GB in FOLDER; the cases that run.sh adds take another 0.6 GB.
+# It asks nothing, and does only what is missing. It downloads 45 MB beside the packages, and leaves 0.4 GB in
+# FOLDER; the cases that run.sh adds take another 0.6 GB.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/folder.sh"
 source "$HERE/environment.sh"
@@ -15,7 +15,7 @@ keyring=/usr/share/keyrings/debian-archive-keyring.gpg
 
 is_installed() { dpkg-query -W -f '${Status}' "$1" 2>/dev/null | grep -q "ok installed"; }
 
-# Every package that is missing, by name.
+# Print the names of the packages that are missing.
 missing() {
     local package
     for package in "${packages[@]}"; do
@@ -27,14 +27,14 @@ install_packages() {
     local wanted
     mapfile -t wanted < <(missing)
     [ "${#wanted[@]}" -gt 0 ] || return 0
-    [ "$(id -u)" -eq 0 ] || fail "user: got $(id -un), allowed: root, to install ${wanted[*]}"
+    [ "$(id -u)" -eq 0 ] || fail "only root can install ${wanted[*]}, and you are $(id -un)"
     export DEBIAN_FRONTEND=noninteractive
     apt-get update -qq
     apt-get install -y -qq --no-install-recommends "${wanted[@]}" >"$FOLDER/apt.log" 2>&1 ||
-        fail "packages: got an error from apt-get (see $FOLDER/apt.log), allowed: ${wanted[*]}"
+        fail "apt-get did not install ${wanted[*]}; see $FOLDER/apt.log"
 }
 
-# The source package, without a change to the system's own list of sources.
+# Fetch the source package, without a change to the system's own list of sources.
 fetch_source() {
     [ -f "$FOLDER/.source-complete" ] && return 0
     mkdir -p "$FOLDER/apt/lists/partial"
@@ -51,7 +51,7 @@ fetch_source() {
         apt-get "${options[@]}" update
         apt-get "${options[@]}" source --only-source "openfoam=$version-1"
     ) >"$FOLDER/source.log" 2>&1 ||
-        fail "source package: got an error (see $FOLDER/source.log), allowed: openfoam $version-1"
+        fail "the source package openfoam $version-1 was not fetched; see $FOLDER/source.log"
     touch "$FOLDER/.source-complete"
 }
 
@@ -59,7 +59,7 @@ build_wmake() {
     [ -f "$FOLDER/.wmake-complete" ] && return 0
     ("$WM_DIR/src/Allmake" && cd "$WM_PROJECT_DIR" && "$WM_DIR/wmakeLnIncludeAll" src) \
         >"$FOLDER/wmake.log" 2>&1 ||
-        fail "wmake: got an error (see $FOLDER/wmake.log), allowed: a compiler that works"
+        fail "wmake was not built; see $FOLDER/wmake.log"
     touch "$FOLDER/.wmake-complete"
 }
 
