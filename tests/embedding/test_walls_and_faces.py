@@ -10,7 +10,16 @@ from known_vectors import VECTORS
 import sampler
 from sampler.formats.channels import VARIABLES
 
-SUMS = "hits deposits mass energy_before energy_lost angle work_normal work_shear".split()
+SUMS = [
+    "hits",
+    "deposits",
+    "mass",
+    "energy_before",
+    "energy_lost",
+    "angle",
+    "work_normal",
+    "work_shear",
+]
 COUNT = 200
 
 
