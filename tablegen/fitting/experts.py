@@ -106,7 +106,7 @@ class _Block(NamedTuple):
 
 
 def fit_experts(
-    phi: FloatArray,
+    phi: FloatArray | Single,
     inputs: FloatArray,
     scores: FloatArray,
     groups: int,
@@ -118,8 +118,9 @@ def fit_experts(
     The first feature is 1. Experts, the same number in each group, begin as random clusters of
     inputs (n, m) and scores. Also returns the mean log-likelihood before the last step.
     """
-    vectors = np.ascontiguousarray(np.hstack([phi, scores]), dtype=np.float32)
-    points = np.ascontiguousarray(np.hstack([inputs, scores]), dtype=np.float32)
+    vectors, points = (
+        np.concatenate([columns, scores], axis=1, dtype=np.float32) for columns in (phi, inputs)
+    )
     fitted = _start(vectors, points, (groups, experts, scores.shape[1]), rng)
     part = vectors[: max(math.ceil(_FIRST_PART * len(phi)), min(len(phi), 1000))]
     likelihood, damping = -math.inf, _STEP

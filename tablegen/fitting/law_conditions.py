@@ -288,9 +288,33 @@ def spinning_impacts(
     seed: Callable[[int], int],
     rng: np.random.Generator,
 ) -> tuple[Impacts, FloatArray]:
-    """Draw at least ``count`` impacts with spin, in random order, and kappas after first hits."""
+    """Draw at least ``count`` impacts with spin, and kappas after first hits."""
+    wanted = (_OCCUR + _NEIGHBOURS) * count
+    kept, changed, kappa = _occurring(model, domain, population, shape_code, wanted, seed, rng)
+    moments = moments_of(population, shape_code, changed.grain[:, 1:])
+    changed = neighbours(changed, domain, moments, rng)
+    grains = grains_of(population, shape_code, count - math.floor(wanted), rng)
+    moments = moments_of(population, shape_code, grains[:, 1:])
+    impacts = joined_impacts([kept, changed, spread_impacts(domain, grains, moments, rng)])
+    index = np.arange(len(impacts.index), dtype=np.uint64)
+    return impacts._replace(index=index, hit=np.ones(len(index), dtype=np.uint32)), kappa
 
-    def occurring(wanted: float, hits: int, first: int) -> tuple[Impacts, FloatArray]:
+
+def _occurring(
+    model: DirectModel,
+    domain: Range,
+    population: Population,
+    shape_code: int,
+    count: float,
+    seed: Callable[[int], int],
+    rng: np.random.Generator,
+) -> tuple[Impacts, Impacts, FloatArray]:
+    """Simulate chains with ``count`` impacts or more, and take those with spin.
+
+    Returns impacts that stay, others that become neighbours, and kappas after first hits.
+    """
+
+    def chains(wanted: float, hits: int, first: int) -> tuple[Impacts, FloatArray]:
         grains = grains_of(population, shape_code, math.ceil(wanted / (hits - 1)), rng)
         met, inertia = chain_impacts(
             model, domain, grains, hits, lambda hit: seed(first + hit), rng
@@ -299,21 +323,10 @@ def spinning_impacts(
         known = inertia > 0.0
         return met, kappa_of(np.where(known, inertia, moments.largest), moments)[known]
 
-    half = 0.5 * (_OCCUR + _NEIGHBOURS) * count
-    early, kappa = occurring(half, _EARLY, 0)
-    late, _ = occurring(half, _LONG, _EARLY)
+    early, kappa = chains(0.5 * count, _EARLY, 0)
+    late, _ = chains(0.5 * count, _LONG, _EARLY)
     both = joined_impacts([early, late])
-    both = both.of((both.inertia > 0.0) & (np.square(both.spin).sum(axis=1) > 0.0))
-    both = both.of(rng.permutation(len(both.index)))
-    near = math.floor(len(both.index) * _NEIGHBOURS / (_OCCUR + _NEIGHBOURS))
-    changed = both.of(slice(0, near))
-    moments = moments_of(population, shape_code, changed.grain[:, 1:])
-    grains = grains_of(population, shape_code, count - math.floor(2.0 * half), rng)
-    everywhere = spread_impacts(
-        domain, grains, moments_of(population, shape_code, grains[:, 1:]), rng
-    )
-    parts = [both.of(slice(near, None)), neighbours(changed, domain, moments, rng), everywhere]
-    impacts = joined_impacts(parts)
-    impacts = impacts.of(rng.permutation(len(impacts.index)))
-    index = np.arange(len(impacts.index), dtype=np.uint64)
-    return impacts._replace(index=index, hit=np.ones(len(index), dtype=np.uint32)), kappa
+    spins = (both.inertia > 0.0) & (np.square(both.spin).sum(axis=1) > 0.0)
+    rows = rng.permutation(np.flatnonzero(spins))
+    near = math.floor(len(rows) * _NEIGHBOURS / (_OCCUR + _NEIGHBOURS))
+    return both.of(rows[near:]), both.of(rows[:near]), kappa

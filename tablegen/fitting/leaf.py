@@ -74,12 +74,17 @@ def fit_leaf(
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
     centre, scale = centre.astype(np.float32), scale.astype(np.float32)
     used = used_features(varies)
-    t, scores = (inputs - centre) * scale, normal_scores(values)
+    t = (inputs - centre) * scale
     experts, _ = fit_experts(
-        features(t)[:, used], t[:, varies], scores, sizes.groups, sizes.experts, rng
+        features(t, np.float32)[:, used],
+        t[:, varies],
+        normal_scores(values),
+        sizes.groups,
+        sizes.experts,
+        rng,
     )
     stored = _stored(experts, used)
-    drawn = bounded_scores(stored, features((inside.inputs - centre) * scale), rng)
+    drawn = bounded_scores(stored, features((inside.inputs - centre) * scale, np.float32), rng)
     quantiles = _quantiles(drawn, inside.outcomes, sizes.knots)
     quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
     return LeafArrays(centre, scale, *stored, quantiles)

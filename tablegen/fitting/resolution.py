@@ -17,12 +17,9 @@ _LEAST_SAMPLES = 100_000
 #: Least allowed Kolmogorov-Smirnov distance for which a number of knots is enough.
 _KNOTS = ((0.015, 65), (0.004, 129), (0.0, 257))
 
-#: Conditions with spin that are drawn for each rebound that a leaf is fitted to, and most of a
-#: leaf: each is simulated several times, with other phases of its tumbling.
-_CONDITIONS, _MOST_CONDITIONS = 0.15, 18_000
-
-#: Conditions without spin that are drawn for each rebound that a leaf is fitted to.
-_NONSPINNING = 0.5
+#: Conditions that are drawn for each rebound that a leaf is fitted to, most of a leaf, and least of
+#: all leaves. Each is simulated several times, with other phases of its tumbling.
+_CONDITIONS, _MOST_CONDITIONS, _LEAST_CONDITIONS = 0.15, 18_000, 1000
 
 
 class Resolution(NamedTuple):
@@ -56,16 +53,10 @@ class SpinSizes(NamedTuple):
     rebounds: int  # for the fit of a leaf, and as many again for its quantiles
     knots: int  # of each quantile function
 
-    @property
-    def conditions(self) -> int:
-        """Number of conditions with spin that are drawn for a shape."""
+    def conditions(self, leaves: int) -> int:
+        """Compute how many conditions are drawn for some leaves of a shape."""
         of_leaf = min(_CONDITIONS * self.rebounds, _MOST_CONDITIONS)
-        return max(int(of_leaf * self.leaves), 1000)
-
-    @property
-    def nonspinning_conditions(self) -> int:
-        """Number of conditions without spin that are drawn for a shape."""
-        return math.ceil(_NONSPINNING * self.rebounds) * self.nonspinning_leaves
+        return max(int(of_leaf * leaves), _LEAST_CONDITIONS)
 
     def of_share(self, share: float) -> "SpinSizes":
         """Sizes with a share of the leaves."""

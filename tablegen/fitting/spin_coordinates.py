@@ -6,16 +6,18 @@ its velocity, so much in its rotation, and the rest is the loss. The outcomes p,
 such that any values of them are a possible rebound (`sampler.formats.bounds.OUTCOMES`).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from sampler.formats.bounds import (
     EQUAL_MOMENTS,
     FOLD,
     LEAST_REST,
     N_CONDITIONS,
+    N_FEATURES,
+    N_INPUTS,
     RATIOS,
     SPIN_CORE,
 )
@@ -117,14 +119,12 @@ def turned_by_chance(inputs: FloatArray, rng: np.random.Generator) -> NDArray[np
     return np.asarray(rng.random(len(inputs)) >= chance)
 
 
-def folded(inputs: FloatArray, turned: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-    """Reflect the inputs (n, 8) that are ``turned``, (n,), in the impact plane.
+def reflected(values: FloatArray, turned: NDArray[np.bool_], signs: FloatArray) -> FloatArray:
+    """Reflect the rows of values (n, d) that are ``turned``, (n,), in the impact plane.
 
-    Returns the inputs, and factors of the outcomes, (n, 7): `OUTCOME_SIGNS` for reflected
-    conditions, else ones.
+    ``signs``, (d,), are `INPUT_SIGNS` of inputs, and `OUTCOME_SIGNS` of outcomes.
     """
-    mirrored = turned[:, None]
-    return np.where(mirrored, inputs * INPUT_SIGNS, inputs), np.where(mirrored, OUTCOME_SIGNS, 1.0)
+    return np.where(turned[:, None], values * signs, values)
 
 
 def outcomes_of(states: FloatArray, inertia: FloatArray, energy: FloatArray) -> FloatArray:
@@ -153,14 +153,16 @@ def normal_share(works: FloatArray) -> FloatArray:
     return np.cbrt(np.sqrt(np.clip(share, 0.0, 1.0)))
 
 
-def features(t: FloatArray) -> FloatArray:
-    """Compute the features (n, 30) of standardised inputs t (n, 8).
+def features(t: FloatArray, dtype: DTypeLike = np.float64) -> NDArray[Any]:
+    """Compute the features (n, 30) of standardised inputs t (n, 8), and round them to a type.
 
     They are 1, t_i, and t_i t_j for i <= j < 6, less 1/2 where i = j.
     """
-    i, j = _PAIRS
-    products = t[:, i] * t[:, j] - 0.5 * (i == j)
-    return np.hstack([np.ones((len(t), 1)), t, products])
+    phi = np.empty((len(t), N_FEATURES), dtype=dtype)
+    phi[:, 0], phi[:, 1 : 1 + N_INPUTS] = 1.0, t
+    for column, (i, j) in enumerate(zip(*_PAIRS, strict=True), 1 + N_INPUTS):
+        phi[:, column] = t[:, i] * t[:, j] - 0.5 * (i == j)
+    return phi
 
 
 def used_features(varies: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -5,7 +5,7 @@ numbers are keyed by the seed of the configuration and the key of the task.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -18,6 +18,7 @@ from sampler.formats.channels import has_works
 from tablegen.checkpoints import Arrays, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
 from tablegen.config.pairs import ExponentialRestitution, TabulatedRestitution
+from tablegen.config.population import Population
 from tablegen.fitting.law_conditions import (
     Range,
     grains_of,
@@ -30,15 +31,17 @@ from tablegen.fitting.law_conditions import (
 from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes
 from tablegen.fitting.spin_coordinates import (
+    INPUT_SIGNS,
+    OUTCOME_SIGNS,
     SPIN_RANGE,
     Moments,
     SpeedCoordinate,
-    folded,
     inertia_at,
     inputs_of,
     kappa_of,
     normal_share,
     outcomes_of,
+    reflected,
     turned_by_chance,
 )
 from tablegen.fitting.tree import Tree, grow, joined
@@ -53,6 +56,9 @@ _SHAPES = [(0.5, 0.2), (0.5, 1.0), (1.0, 0.2), (1.0, 0.5), (1.0, 2.0)]
 #: Column of kappa among the inputs.
 _KAPPA = 5
 
+#: Conditions that are drawn at a time.
+_BATCH = 50_000
+
 
 class LeafConditions(NamedTuple):
     """Conditions of a leaf, float32, which are reflected, and which are in it, (n,) bool.
@@ -64,6 +70,10 @@ class LeafConditions(NamedTuple):
     ratios: NDArray[np.float32]
     turned: NDArray[np.bool_]
     inside: NDArray[np.bool_]
+
+    def part(self, rows: NDArray[np.int64], inside: NDArray[np.bool_]) -> "LeafConditions":
+        """Select the conditions of a smaller leaf, and say which are in it."""
+        return LeafConditions(self.conditions[rows], self.ratios[rows], self.turned[rows], inside)
 
 
 class ShapeConditions(NamedTuple):
@@ -92,6 +102,10 @@ class ShapeConditions(NamedTuple):
         """Conditions of one leaf."""
         part = slice(self.starts[number], self.starts[number + 1])
         return LeafConditions._make(column[part] for column in self[:4])
+
+
+#: Draws some impacts, the number of a batch being given.
+Draw = Callable[[int, int], Impacts]
 
 
 def spin_law(
@@ -193,116 +207,115 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
     """Draw the conditions of the leaves of a shape, and grow their tree: `ShapeConditions`."""
     domain, population, model = Range.of(config), config.population, DirectModel(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
-    spinning, kappa = spinning_impacts(
-        model, domain, population, shape_code, sizes.conditions, partial(_stream, key), rng
-    )
-    grains = grains_of(population, shape_code, sizes.nonspinning_conditions, rng)
-    nonspinning = nonspinning_impacts(domain, grains, rng)
-    with threadpool_limits(limits=1, user_api="blas"):
-        grown = [
-            _grown(model, config, impacts, leaves, sizes.rebounds, _stream(key, 1000 + number), rng)
-            for number, (impacts, leaves) in enumerate(
-                [(nonspinning, sizes.nonspinning_leaves), (spinning, sizes.leaves)]
-            )
-        ]
-    (first, parts), (second, others) = grown
+    kappa = []
+
+    def nonspinning(count: int, _: int) -> Impacts:
+        return nonspinning_impacts(domain, grains_of(population, shape_code, count, rng), rng)
+
+    def spinning(count: int, batch: int) -> Impacts:
+        seed = partial(_stream, f"{key} {batch}")
+        impacts, after = spinning_impacts(model, domain, population, shape_code, count, seed, rng)
+        kappa.append(after)
+        return impacts
+
+    def grown(draw: Draw, leaves: int, number: int) -> tuple[Tree, list[LeafConditions]]:
+        whole, inputs = _drawn(config, draw, sizes.conditions(leaves), rng)
+
+        def outcomes(rows: NDArray[np.int64]) -> FloatArray:
+            return _rebounds(model, config, shape_code, whole, rows, _stream(key, number)).outcomes
+
+        with threadpool_limits(limits=1, user_api="blas"):
+            tree, parts = grow(inputs, outcomes, leaves, rng)
+        return tree, [whole.part(rows, inside) for rows, inside in parts]
+
+    first, parts = grown(nonspinning, sizes.nonspinning_leaves, 0)
+    second, others = grown(spinning, sizes.leaves, 1)
     tree, parts = joined(first, len(parts), second), [*parts, *others]
     columns = (np.concatenate(column) for column in zip(*parts, strict=True))
     starts = np.cumsum([0, *(len(part.inside) for part in parts)])
-    quantiles = np.quantile(kappa, np.linspace(0.0, 1.0, N_KAPPA_QUANTILES))
-    whole = ShapeConditions._make([*columns, starts, *tree, quantiles])
-    return whole._asdict()
+    quantiles = np.quantile(np.concatenate(kappa), np.linspace(0.0, 1.0, N_KAPPA_QUANTILES))
+    return ShapeConditions._make([*columns, starts, *tree, quantiles])._asdict()
 
 
-def _grown(
-    model: DirectModel,
-    config: Config,
-    impacts: Impacts,
-    leaves: int,
-    most: int,
-    seed: int,
-    rng: np.random.Generator,
-) -> tuple[Tree, list[LeafConditions]]:
-    """Grow the tree of impacts of one shape; take at most ``most`` conditions of each leaf."""
-    shape_code = int(impacts.grain[0, 0])
+def _drawn(
+    config: Config, draw: Draw, count: int, rng: np.random.Generator
+) -> tuple[LeafConditions, NDArray[np.float32]]:
+    """Draw conditions, all of one leaf, and their folded inputs (n, 8).
+
+    A batch of them is drawn at a time, because impacts take three times as much memory.
+    """
+    batches = math.ceil(count / _BATCH)
+    drawn = (draw(math.ceil(count / batches), batch) for batch in range(batches))
+    parts = [_stored(config, impacts, rng) for impacts in drawn]
+    columns, ratios, turned, inputs = map(np.concatenate, zip(*parts, strict=True))
+    return LeafConditions(columns, ratios, turned, np.ones(len(turned), dtype=bool)), inputs
+
+
+def _stored(config: Config, impacts: Impacts, rng: np.random.Generator) -> list[NDArray[Any]]:
+    """Round impacts of a shape to the first three arrays of `LeafConditions`, and folded inputs."""
     if not config.pair.restitution.depends_on_speed:
         # all at one V_e: no leaf is cut in it
         speed = Range.of(config).effective[1] / energy_factor(impacts.spin, impacts.inertia)
         impacts = impacts._replace(speed=speed)
-    moments = moments_of(config.population, shape_code, impacts.grain[:, 1:])
+    ratios = impacts.grain[:, 1:]
+    moments = moments_of(config.population, int(impacts.grain[0, 0]), ratios)
     inputs = inputs_of(impacts, moments, speed_coordinate(config))
     turned = turned_by_chance(inputs, rng)
-    rebounds = _rebounds(model, config, impacts, inputs, turned, seed)
-    tree, grown = grow(rebounds.inputs, rebounds.outcomes, leaves, rng)
     columns = np.column_stack([impacts.alpha1, impacts.speed, impacts.spin, inputs[:, _KAPPA]])
-    parts = []
-    for leaf in grown:
-        rows = leaf.rows[:most]
-        parts.append(
-            LeafConditions(
-                columns[rows].astype("f4"),
-                impacts.grain[rows, 1:].astype("f4"),
-                turned[rows],
-                leaf.inside[:most],
-            )
-        )
-    return tree, parts
-
-
-def _rebounds(
-    model: DirectModel,
-    config: Config,
-    impacts: Impacts,
-    inputs: FloatArray,
-    turned: NDArray[np.bool_],
-    seed: int,
-) -> Rebounds:
-    """Simulate a rebound of each impact of one shape: folded inputs and outcomes."""
-    shape_code = int(impacts.grain[0, 0])
-    moments = moments_of(config.population, shape_code, impacts.grain[:, 1:])
-    left = depart(model, impacts, seed, threads=1)
-    energy = energy_factor(impacts.spin, impacts.inertia) ** 2
-    turns = left.inertia > 0.0
-    after = np.where(turns, left.inertia, moments.largest)
-    values = np.column_stack([outcomes_of(left.states, after, energy), kappa_of(after, moments)])
-    inputs, signs = folded(inputs, turned)
-    values *= signs
-    if has_works(config.domain.columns):
-        values = np.column_stack([values, normal_share(left.works)])
-    return Rebounds(inputs, values)
+    inputs = reflected(inputs, turned, INPUT_SIGNS)
+    return [columns.astype("f4"), ratios.astype("f4"), turned, inputs.astype("f4")]
 
 
 def leaf_task(
     config: Config, shape_code: int, place: LeafConditions, sizes: SpinSizes, key: str
 ) -> Arrays:
     """Simulate rebounds at the conditions of a leaf, and fit it: `LeafArrays`."""
-    model, speed = DirectModel(config), speed_coordinate(config)
+    model = DirectModel(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
 
     def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
-        # each condition about equally often, in random order
+        # each condition about equally often, or some of many, in random order
         order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
-        impacts, moments = _impacts(config, shape_code, place, order)
-        inputs = inputs_of(impacts, moments, speed)
-        turned = place.turned[order]
-        return _rebounds(model, config, impacts, inputs, turned, _stream(key, number))
+        return _rebounds(model, config, shape_code, place, order, _stream(key, number))
 
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
-        around = rebounds(np.arange(len(place.conditions)), 0)
+        around = rebounds(np.arange(len(place.inside)), 0)
         within = rebounds(np.flatnonzero(place.inside), 1)
         leaf = fit_leaf(around, within, sizes, rng)
     return leaf._asdict()
 
 
+def _rebounds(
+    model: DirectModel,
+    config: Config,
+    shape_code: int,
+    place: LeafConditions,
+    rows: NDArray[np.int64],
+    seed: int,
+) -> Rebounds:
+    """Simulate a rebound at each of some conditions of a leaf: folded inputs and outcomes."""
+    impacts, moments = _impacts(config.population, shape_code, place, rows)
+    turned = place.turned[rows]
+    inputs = reflected(inputs_of(impacts, moments, speed_coordinate(config)), turned, INPUT_SIGNS)
+    left = depart(model, impacts, seed, threads=1)
+    energy = energy_factor(impacts.spin, impacts.inertia) ** 2
+    after = np.where(left.inertia > 0.0, left.inertia, moments.largest)
+    values = np.column_stack([outcomes_of(left.states, after, energy), kappa_of(after, moments)])
+    values = reflected(values, turned, OUTCOME_SIGNS)
+    if has_works(config.domain.columns):
+        values = np.column_stack([values, normal_share(left.works)])
+    return Rebounds(inputs, values)
+
+
 def _impacts(
-    config: Config, shape_code: int, place: LeafConditions, rows: NDArray[np.int64]
+    population: Population, shape_code: int, place: LeafConditions, rows: NDArray[np.int64]
 ) -> tuple[Impacts, Moments]:
     """Make impacts of some conditions of a leaf, with the moments of inertia of their grains."""
     conditions, ratios = (column[rows].astype("f8") for column in place[:2])
     count = len(rows)
     grain = np.column_stack([np.full(count, float(shape_code)), ratios])
-    spin, moments = conditions[:, 2:5], moments_of(config.population, shape_code, ratios)
+    spin, moments = conditions[:, 2:5], moments_of(population, shape_code, ratios)
     inertia = np.where(spin.any(axis=1), inertia_at(conditions[:, 5], moments), 0.0)
     impacts = Impacts(
         # pi/2 in single precision is above pi/2

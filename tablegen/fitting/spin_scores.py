@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from sampler.formats.bounds import FACTOR_UNIT, GATE_UNIT, GROUP_SIZE, MEAN_UNIT, SCORE_MAX
-from tablegen.model.float_array import FloatArray
 
 
 class StoredExperts(NamedTuple):
@@ -24,23 +23,22 @@ class StoredExperts(NamedTuple):
 
 
 def bounded_scores(
-    stored: StoredExperts, features: FloatArray, rng: np.random.Generator
+    stored: StoredExperts, features: NDArray[np.float32], rng: np.random.Generator
 ) -> NDArray[np.float32]:
     """Draw scores zeta (n, outcomes), from -6 to 6, of a leaf at features (n, 30)."""
     outcomes = stored.mean.shape[-1]
-    single = features.astype(np.float32)
     scores = rng.standard_normal((len(features), outcomes), dtype=np.float32)
     chance = rng.random((len(features), 2), dtype=np.float32)
-    groups = _chosen(single, stored.group_gate, chance[:, 0])
+    groups = _chosen(features, stored.group_gate, chance[:, 0])
     for group in range(len(stored.gate)):
         rows = np.flatnonzero(groups == group)
-        experts = _chosen(single[rows], stored.gate[group], chance[rows, 1])
+        experts = _chosen(features[rows], stored.gate[group], chance[rows, 1])
         for expert in np.unique(experts):
             own, number = rows[experts == expert], group * GROUP_SIZE + expert
             factor = np.zeros((outcomes, outcomes), dtype=np.float32)
             factor[np.tril_indices(outcomes)] = stored.factor[number] / np.float32(FACTOR_UNIT)
             mean = stored.mean[number] / np.float32(MEAN_UNIT)
-            scores[own] = single[own] @ mean + scores[own] @ factor.T
+            scores[own] = features[own] @ mean + scores[own] @ factor.T
     return np.asarray(scores / np.sqrt(1.0 + scores**2 / np.float32(SCORE_MAX**2)))
 
 

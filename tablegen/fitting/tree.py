@@ -7,6 +7,7 @@ roll along a wall, a spin that differs by a few hundredths changes everything, a
 small.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -49,6 +50,11 @@ class Leaf(NamedTuple):
     inside: NDArray[np.bool_]
 
 
+#: Inputs of all conditions, and a function that simulates the outcomes at those of some rows.
+Inputs = FloatArray | NDArray[np.float32]
+Outcomes = Callable[[NDArray[np.int64]], FloatArray]
+
+
 class _Cut(NamedTuple):
     column: int
     value: float
@@ -57,16 +63,17 @@ class _Cut(NamedTuple):
 
 
 def grow(
-    inputs: FloatArray, outcomes: FloatArray, wanted: int, rng: np.random.Generator
+    inputs: Inputs, outcomes: Outcomes, wanted: int, rng: np.random.Generator
 ) -> tuple[Tree, list[Leaf]]:
     """Cut the leaf that gains the most until there are as many leaves as wanted.
 
     Parameters
     ----------
-    inputs : (n, 8) float64
+    inputs : (n, 8) float64 or float32
         Folded inputs of `tablegen.fitting.spin_coordinates`.
-    outcomes : (n, d) float64
-        One rebound at each condition.
+    outcomes : callable
+        Returns the outcomes (m, d) of one rebound at each of the conditions of some rows (m,). Only
+        those with which cuts are compared are asked for.
     wanted : int
         Number of leaves. There are fewer if conditions are equal or few.
     rng : numpy.random.Generator
@@ -101,7 +108,7 @@ def grow(
 
 
 def _best_cut(
-    inputs: FloatArray, outcomes: FloatArray, leaf: Leaf, rng: np.random.Generator
+    inputs: Inputs, outcomes: Outcomes, leaf: Leaf, rng: np.random.Generator
 ) -> _Cut | None:
     """Find the cut at a median that gains the most, if conditions differ and are enough."""
     rows = leaf.rows[leaf.inside]
@@ -110,8 +117,8 @@ def _best_cut(
         return None
     if size > _COMPARED:
         rows = rng.choice(rows, _COMPARED, replace=False)
-    x = inputs[rows]
-    scores = normal_scores(outcomes[rows])
+    x = inputs[rows].astype(np.float64)
+    scores = normal_scores(outcomes(rows))
     whole, best = _spread(x, scores), None
     for column in range(x.shape[1]):
         value = float(np.median(x[:, column]))
@@ -140,7 +147,7 @@ def _spread(x: FloatArray, scores: FloatArray) -> float:
     return float(np.linalg.slogdet(covariance)[1])
 
 
-def _halves(inputs: FloatArray, leaf: Leaf, cut: _Cut) -> tuple[Leaf, Leaf]:
+def _halves(inputs: Inputs, leaf: Leaf, cut: _Cut) -> tuple[Leaf, Leaf]:
     values = inputs[leaf.rows, cut.column]
     below, above = values < cut.value + cut.margin, values >= cut.value - cut.margin
     inside = values < cut.value

@@ -108,5 +108,9 @@ def cost_text(cost: Cost, workers: int | None) -> str:
 
 def _pieces_size(plan: Plan) -> float:
     """Estimate the size [MB] of the checkpoints of a spin law: the conditions of its leaves."""
-    count = sum(of.conditions + of.nonspinning_conditions for of in plan.spin.values())
+    count = sum(
+        of.conditions(leaves)
+        for of in plan.spin.values()
+        for leaves in (of.leaves, of.nonspinning_leaves)
+    )
     return 1e-6 * _CONDITION_BYTES * count

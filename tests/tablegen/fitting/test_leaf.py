@@ -36,7 +36,8 @@ def rebounds(rng, root_angle=None, outcomes=7):
 def drawn_from(leaf, inputs, rng):
     """Outcomes of a stored leaf at some inputs, as a draw makes them."""
     experts = StoredExperts(leaf.group_gate, leaf.gate, leaf.mean, leaf.factor)
-    scores = bounded_scores(experts, features((inputs - leaf.centre) * leaf.scale), rng)
+    phi = features((inputs - leaf.centre) * leaf.scale, np.float32)
+    scores = bounded_scores(experts, phi, rng)
     knots = np.linspace(-SCORE_MAX, SCORE_MAX, leaf.quantiles.shape[1])
     columns = zip(scores.T, leaf.quantiles, strict=True)
     return np.column_stack([np.interp(score, knots, row) for score, row in columns])

@@ -39,7 +39,7 @@ def test_a_configuration_names_the_sizes_of_a_shape():
     found = spin_sizes(ROUGH.with_changes({"table": sizes}))
     assert {(own.leaves, *own[2:5]) for own in found.values()} == {(8, 3, 5, 2000)}
     assert all(own.nonspinning_leaves <= 8 for own in found.values())
-    assert all(own.conditions >= 1000 for own in found.values())
+    assert all(own.conditions(own.leaves) >= 1000 for own in found.values())
 
 
 def test_a_file_has_room_for_the_experts_of_a_preset():

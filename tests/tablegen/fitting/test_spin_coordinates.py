@@ -18,12 +18,12 @@ from tablegen.fitting.spin_coordinates import (
     Moments,
     SpeedCoordinate,
     features,
-    folded,
     inertia_at,
     inputs_of,
     kappa_of,
     normal_share,
     outcomes_of,
+    reflected,
     turned_by_chance,
     used_features,
 )
@@ -137,7 +137,7 @@ class TestInputs:
         impacts, moments = made_impacts(4)
         inputs = inputs_of(impacts, moments, SPEED)
         turned = inputs[:, 2] < 0.0
-        wanted = features(folded(inputs, turned)[0])
+        wanted = features(reflected(inputs, turned, INPUT_SIGNS))
         apart = np.abs(inputs[:, 2]) > FOLD  # nearer to it, chance chooses the side
         for number in range(1, N_FEATURES):
             score = drawn_score(impacts, number)
@@ -222,11 +222,9 @@ def test_fold_is_the_reflection_in_the_impact_plane():
         for signs in ([1.0, 1.0, 1.0], [-1.0, -1.0, 1.0])
     )
     np.testing.assert_array_equal(image, inputs * INPUT_SIGNS)
-    once, signs = folded(inputs, inputs[:, 2] < 0.0)
+    once = reflected(inputs, inputs[:, 2] < 0.0, INPUT_SIGNS)
     assert (once[:, 2] >= 0.0).all()
-    other, other_signs = folded(image, image[:, 2] < 0.0)
-    np.testing.assert_array_equal(once, other)
-    np.testing.assert_array_equal(signs * other_signs, np.tile(OUTCOME_SIGNS, (N, 1)))
+    np.testing.assert_array_equal(once, reflected(image, image[:, 2] < 0.0, INPUT_SIGNS))
 
 
 def test_the_side_is_chosen_by_chance_near_the_fold_only():

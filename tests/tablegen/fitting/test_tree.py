@@ -27,7 +27,8 @@ def outcomes_at(inputs, rng):
 
 def grown(inputs, wanted, outcomes=None):
     rng = np.random.default_rng(5)
-    return grow(inputs, outcomes_at(inputs, rng) if outcomes is None else outcomes, wanted, rng)
+    outcomes = outcomes_at(inputs, rng) if outcomes is None else outcomes
+    return grow(inputs, outcomes.__getitem__, wanted, rng)
 
 
 def find_leaves(tree, inputs):
