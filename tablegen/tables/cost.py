@@ -7,11 +7,11 @@ from tablegen.fitting.law_conditions import Range
 from tablegen.tables.plan import Plan
 from tablegen.tables.refine import NodeCache
 
-#: Measured times over that of a first node, least and most: of a node of the largest mixture, of a
-#: trial, and, for as many rebounds as a node has, of the fit of a leaf without experts, with its
+#: Measured times over that of a first node: of a node of the largest mixture, least and most; of a
+#: trial; and, for as many rebounds as a node has, of the fit of a leaf without experts, with its
 #: conditions, and of chains of hits. A leaf takes as long again for each 64 experts; a sample of a
 #: node of no components takes as long as the fit of 150 of them does.
-_NODE, _TRIAL, _LEAF, _CHAIN = (1.0, 3.0), (3.0, 5.0), (1.6, 2.9), (1.5, 2.8)
+_NODE, _TRIAL, _LEAF, _CHAIN = (1.0, 3.0), 5.0, 3.6, 1.5
 _EXPERTS, _COMPONENTS = 64.0, 150.0
 
 #: Rounds of the refinement, nodes and trials that the choice of the mixture takes, and rebounds of
@@ -19,8 +19,8 @@ _EXPERTS, _COMPONENTS = 64.0, 150.0
 _ROUNDS, _PROBES, _CHAINED = (1, 2), (6, 24), 5e6
 
 
-#: Bytes of a stored condition.
-_CONDITION_BYTES = 34
+#: Compressed bytes for each condition that is drawn; some are stored with two leaves.
+_CONDITION_BYTES = 32
 
 
 class Cost(NamedTuple):
@@ -50,14 +50,13 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, done: float) -> Cost
     )
     ends = []
     for k, nodes in enumerate((plan.first, plan.most)):
-        trial = _TRIAL[k]
         work = math.prod(nodes) * _NODE[k if len(plan.sizes) > 1 else 0]
-        work += _ROUNDS[k] * _trials(*nodes) * trial if plan.first != plan.most else 0.0
-        work += _PROBES[k] * (1.0 + trial) if len(plan.sizes) > 1 else 0.0
-        work += _LEAF[k] * leaves / (size.samples * (1.0 + size.components / _COMPONENTS))
+        work += _ROUNDS[k] * _trials(*nodes) * _TRIAL if plan.first != plan.most else 0.0
+        work += _PROBES[k] * (1.0 + _TRIAL) if len(plan.sizes) > 1 else 0.0
+        work += _LEAF * leaves / (size.samples * (1.0 + size.components / _COMPONENTS))
         if conditions > 0:
-            work += conditions * (1 + plan.config.spin) * trial
-            work += _CHAIN[k] * _CHAINED * plan.config.spin / size.samples
+            work += conditions * (1 + plan.config.spin) * _TRIAL
+            work += _CHAIN * _CHAINED * plan.config.spin / size.samples
         ends.append(max(work * node - done, 0.0))
     return Cost(plan, (ends[0], ends[1]), done)
 
