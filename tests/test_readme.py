@@ -40,7 +40,7 @@ def test_half_sizes_are_those_of_the_shipped_population():
     by_volume = 0.5 * (4.0 / 3.0 * np.pi / (volume[made.shape] * ba**2 * cb)) ** (1.0 / 3.0)
     by_sieve = 1.0 / (2.0 * ba)
     text = " ".join(EMBEDDING.split())
-    patterns = (r"its mean, (0\.\d\d) d for", r"on average (0\.\d\d) s\b")
+    patterns = (r"(0\.\d\d) d for the shipped population", r"on average (0\.\d\d) s\b")
     stated = [float(re.search(pattern, text).group(1)) for pattern in patterns]
     # 100,000 grains: five standard errors are 0.003
     np.testing.assert_allclose(stated, [by_volume.mean(), by_sieve.mean()], atol=0.006)
