@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.errors import InputError, refuse
+from sampler.errors import InputError
 from sampler.formats.bounds import SINGLE_ROUNDING
 from sampler.library import Rows
 
@@ -30,11 +30,17 @@ Grain = Literal["own", "fresh"] | ArrayLike
 
 #: Numbers on the last axis of some arguments: the components of a vector, a grain.
 VECTORS = {
-    **dict.fromkeys(("velocity", "normal", "wall_velocity", "spin", "omega", "grain"), 3),
+    "velocity": 3,
+    "normal": 3,
+    "wall_velocity": 3,
+    "spin": 3,
+    "omega": 3,
+    "grain": 3,
     "gas_rotation": 3,
 }
 
-_KEYS = "seed=, index= and hit=, or rng= and size= in their place"
+#: What to do where the random numbers of a draw are not chosen.
+_GIVE_KEYS = "give seed=, index= and hit=, or rng= and size= in place of these"
 
 
 class Rebound(NamedTuple):
@@ -57,8 +63,8 @@ class Rebound(NamedTuple):
     inertia: NDArray[np.float64]
 
 
-def shown_apart(value: float, *limits: float, digits: int = 9) -> str:
-    """Write a refused value with as many digits as tell it from the limits beside it."""
+def text_beside(value: float, *limits: float, digits: int = 9) -> str:
+    """Write a refused value with enough digits that it differs from the limits beside it."""
     others = [limit for limit in limits if limit != value]
     for count in range(digits, 18):
         text = f"{value:.{count}g}"
@@ -67,11 +73,11 @@ def shown_apart(value: float, *limits: float, digits: int = 9) -> str:
     return text
 
 
-def place(row: int, shape: Shape) -> str:
-    """Name a row of arrays of a shape in a message: ``index 7`` or ``index (1, 2)``."""
+def row_index(row: int, shape: Shape) -> int | tuple[int, ...]:
+    """Return the index of a row, counted from 0, into arrays of a shape."""
     if len(shape) < 2:
-        return f"index {row}"
-    return f"index {tuple(int(k) for k in np.unravel_index(row, shape))}"
+        return row
+    return tuple(int(k) for k in np.unravel_index(row, shape))
 
 
 # -- numbers ---------------------------------------------------------------------------------------
@@ -85,17 +91,17 @@ def is_masked(values: Any) -> bool:
 def check_kind(name: str, array: Any, kinds: str, allowed: str) -> None:
     """Refuse an array of another kind of numbers; an empty one has no kind yet."""
     if array.size and array.dtype.kind not in kinds:
-        refuse(name, f"{array.dtype.name} values", allowed)
+        raise InputError(name, f"{array.dtype.name} values", allowed)
 
 
 def _numeric(name: str, values: ArrayLike, kinds: str, allowed: str) -> NDArray[Any]:
     """Make an array of one of the dtype kinds."""
     if is_masked(values):  # numpy would hand on the numbers under the mask
-        refuse(name, "a masked array", f"{allowed} without a mask")
+        raise InputError(name, "a masked array", f"{allowed} without a mask")
     try:
         array = np.asarray(values)
     except ValueError:
-        refuse(name, "rows of unequal length", allowed)
+        raise InputError(name, "rows of unequal length", allowed) from None
     check_kind(name, array, kinds, allowed)
     return array
 
@@ -111,8 +117,8 @@ def _check_each(
     """Refuse the first number of an array that is not good."""
     if not good.all():
         k = int(good.argmin())
-        where = f" at {place(k, array.shape)}" if array.ndim else ""
-        refuse(name, f"{shown_apart(float(array.flat[k]), *limits)}{where}", allowed)
+        row = row_index(k, array.shape) if array.ndim else None
+        raise InputError(name, text_beside(float(array.flat[k]), *limits), allowed, row=row)
 
 
 def as_reals_up_to(
@@ -151,7 +157,7 @@ def check_vector(name: str, shape: Shape) -> None:
     """Refuse the shape of an argument that is no vector where its name is that of one."""
     length = VECTORS.get(name)
     if length is not None and shape[-1:] != (length,):
-        refuse(name, f"shape {shape}", f"({length},) or (..., {length})")
+        raise InputError(name, f"shape {shape}", f"({length},) or (..., {length})")
 
 
 def _integers(name: str, values: ArrayLike, allowed: str) -> NDArray[Any]:
@@ -161,7 +167,7 @@ def _integers(name: str, values: ArrayLike, allowed: str) -> NDArray[Any]:
     array = np.array(values, dtype=object)
     kinds = {type(value) for value in array.flat}
     if bool in kinds or np.bool_ in kinds:  # which numpy counts among integers
-        refuse(name, "bool values", allowed)
+        raise InputError(name, "bool values", allowed)
     if all(issubclass(kind, int | np.integer) for kind in kinds):
         return array
     return _numeric(name, values, "iu", allowed)
@@ -192,11 +198,11 @@ def check_keys(name: str, array: Any, bits: int) -> None:
         refused = refused | (flat > 2**bits - 1)
     if refused.any():
         k = int(refused.argmax())
-        got = f"{_shown(flat[k : k + 1].item())} at {place(k, array.shape)}"
-        refuse(name, got, keys_of(bits))
+        given = _value_text(flat[k : k + 1].item())
+        raise InputError(name, given, keys_of(bits), row=row_index(k, array.shape))
 
 
-def _shown(value: Any) -> str:
+def _value_text(value: Any) -> str:
     """Write a value short, in one line."""
     if isinstance(value, int) and value.bit_length() > 256:
         # Python refuses to write out thousands of digits
@@ -212,7 +218,7 @@ def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
     except TypeError:
         number = None
     if number is None or not low <= number <= high:
-        refuse(name, _shown(value), allowed)
+        raise InputError(name, _value_text(value), allowed)
     return number
 
 
@@ -241,7 +247,7 @@ def _as_size(size: Any) -> Shape:
     shape = tuple(as_integer("size", part, 0, 2**62, allowed) for part in parts)
     if math.prod(shape) <= 2**32:
         return shape
-    refuse("size", _shown(size), "2**32 draws at most in one call")
+    raise InputError("size", _value_text(size), "2**32 draws at most in one call")
 
 
 def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
@@ -255,12 +261,13 @@ def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
     for name, own in shapes.items():
         several = math.prod(own) != 1
         if several and first and len(own) != len(shapes[first]):
-            allowed = f"one row, or as many dimensions as those of {first}, {shapes[first]}"
-            refuse(name, f"rows of shape {own}", allowed)
+            allowed = f"one row, or as many dimensions as the rows of {first}, {shapes[first]}"
+            raise InputError(name, f"rows of shape {own}", allowed)
         try:
             shape = np.broadcast_shapes(shape, own) if shape and own else shape or own
         except ValueError:
-            refuse(name, f"shape {own}", f"one that broadcasts with {shape}")
+            allowed = f"one that broadcasts with {shape}"
+            raise InputError(name, f"shape {own}", allowed) from None
         first = first or (name if several else "")
     if size is None:
         return shape
@@ -270,7 +277,7 @@ def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
     except ValueError:
         fits = False
     if not fits:
-        refuse("size", _shown(size), f"a shape to which {shape} broadcasts")
+        raise InputError("size", _value_text(size), f"a shape to which {shape} broadcasts")
     return wanted
 
 
@@ -298,16 +305,16 @@ class Keys(NamedTuple):
         if self.rng is None:
             for name, value in (("seed", self.seed), ("index", self.index)):
                 if value is None:
-                    raise InputError(f"{name}: is missing, allowed: {_KEYS}")
+                    raise InputError(name, problem="is missing", remedy=_GIVE_KEYS)
             if self.size is not None:
-                refuse("size", f"{_shown(self.size)} without rng", _KEYS)
+                raise InputError("size", problem="is given without rng", remedy=_GIVE_KEYS)
             return self
         for name, value in (("seed", self.seed), ("index", self.index), ("hit", self.hit)):
             if value is not None:
-                refuse(name, "a value besides rng", _KEYS)
+                raise InputError(name, problem="is given beside rng", remedy=_GIVE_KEYS)
         if not isinstance(self.rng, np.random.Generator):
             allowed = "a numpy.random.Generator, such as numpy.random.default_rng(1)"
-            refuse("rng", type(self.rng).__name__, allowed)
+            raise InputError("rng", type(self.rng).__name__, allowed)
         return self
 
 
@@ -322,10 +329,12 @@ class Call(NamedTuple):
         values = self.rows.arrays[name]
         return values[row if len(values) > 1 else 0]
 
-    def place(self, row: int) -> str:
-        """Name a row in a message: where it stands in the arrays, and its particle."""
-        where = place(row, self.shape).replace("index", "row")
-        return f"{where} (particle {int(self.at('index', row))})"
+    def refusal(
+        self, row: int, name: str, given: object = None, allowed: str = "", problem: str = ""
+    ) -> InputError:
+        """Make the error of a row, with its index in the arrays and its particle."""
+        index, particle = row_index(row, self.shape), int(self.at("index", row))
+        return InputError(name, given, allowed, problem=problem, row=index, particle=particle)
 
 
 def present(**optional: Any) -> dict[str, Any]:
@@ -351,8 +360,8 @@ def broadcast(
     keys = keys.checked()
     for name in ("spin", "omega"):
         if name in arguments and keys.rng is None and keys.hit is None:
-            allowed = f"how many walls each particle has met, with {name}="
-            raise InputError(f"hit: is missing, allowed: {allowed}")
+            remedy = f"with {name}=, give how many walls each particle has met before"
+            raise InputError("hit", problem="is missing", remedy=remedy)
     arrays: dict[str, Any] = {n: arrays_of.reals(n, v) for n, v in arguments.items()}
     tails: dict[str, Shape] = {name: (VECTORS[name],) if name in VECTORS else () for name in arrays}
     shapes = {name: a.shape[: a.ndim - len(tails[name])] for name, a in arrays.items()}
@@ -362,8 +371,8 @@ def broadcast(
         seed = as_seed(keys.seed)
         shape = common_shape(shapes | {"hit": hit.shape, "index": index.shape})
         if index.size == hit.size == 1 < math.prod(shape):
-            got = f"one number, {int(index.reshape(-1)[0])}, for {math.prod(shape)} rows"
-            refuse("index", got, "one for each row, such as numpy.arange")
+            given = f"one number, {int(index.reshape(-1)[0])}, for {math.prod(shape)} rows"
+            raise InputError("index", given, "one for each row, such as numpy.arange")
     else:
         shape = common_shape(shapes, keys.size)
         seed = int(keys.rng.integers(2**64, dtype=np.uint64))
@@ -378,7 +387,7 @@ def broadcast(
 def check_grain_word(grain: Any) -> None:
     """Refuse a word for a grain that is neither "own" nor "fresh"."""
     if isinstance(grain, str) and grain not in ("own", "fresh"):
-        refuse("grain", repr(grain), "'own', 'fresh', or numbers of shape (..., 3)")
+        raise InputError("grain", repr(grain), "'own', 'fresh', or numbers of shape (..., 3)")
 
 
 def check_written(name: str, array: Any, shape: Shape, *dtypes: Any) -> None:
@@ -388,11 +397,12 @@ def check_written(name: str, array: Any, shape: Shape, *dtypes: Any) -> None:
     if array is not None and not fits:
         given = f"{array.dtype} {array.shape}" if plain else type(array).__name__
         kinds = " or ".join(np.dtype(dtype).name for dtype in dtypes)
-        refuse(name, given, f"a writable {kinds} array {shape}")
+        raise InputError(name, given, f"a writable {kinds} array {shape}")
 
 
 def as_isotropic(isotropic: Any, roughness: Any) -> bool:
     """Coerce whether rough walls are isotropic; raises `InputError`, for smooth ones too."""
     if not isinstance(isotropic, bool | np.bool_) or (isotropic and roughness is None):
-        refuse("isotropic", _shown(isotropic), "True or False, and True with a roughness")
+        allowed = "True or False, and True with a roughness"
+        raise InputError("isotropic", _value_text(isotropic), allowed)
     return bool(isotropic)

@@ -59,7 +59,7 @@ and columns, their names. Read it with numpy.load("a.npz")["state"]."""
     metavar="WX WY WZ",
     help="Spin before the impact times a/V, in the frame of the wall; needs a table with spin law.",
 )
-@options.output("F.npz")
+@options.output("F.npz", ".npz")
 @click.option(
     "--outside",
     type=click.Choice(["clamp", "raise"]),
@@ -86,20 +86,22 @@ def draw(
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", OutsideTableWarning)
         try:
-            keys: dict[str, Any] = {"seed": seed, "index": np.arange(count), "hit": 0}
-            state = loaded.sample(math.radians(alpha), speed, spin=spin, **keys)
+            state = loaded.sample(
+                math.radians(alpha), speed, spin=spin, seed=seed, index=np.arange(count), hit=0
+            )
         except InputError as error:
-            raise InputError(_of_flags(error)) from None
+            raise _of_flags(error) from None
     write_arrays(output, state=state, columns=loaded.columns)
     for warning in caught:
-        note("sampler", _of_flags(warning.message).partition("; table.counts")[0])
+        if isinstance(warning.message, OutsideTableWarning):
+            note("sampler", str(_of_flags(warning.message.first)))
     return DONE
 
 
-def _of_flags(message: Any) -> str:
-    """Write a message on the first row of a draw in terms of the flags, which are for all rows."""
-    text = str(message).replace(" at row 0 (particle 0)", "")
-    return f"--{text}".replace("--alpha1:", "--alpha:")
+def _of_flags(error: InputError) -> InputError:
+    """Name the flag in place of the argument, and no row: all rows have the same condition."""
+    flag = {"alpha1": "--alpha"}.get(error.argument, f"--{error.argument}")
+    return error.replaced(argument=flag, row=None)
 
 
 @click.command(
@@ -111,7 +113,7 @@ def _of_flags(message: Any) -> str:
     ),
 )
 @options.table
-@options.output("T.rbt")
+@options.output("T.rbt", ".rbt")
 def export(table: str, output: Path) -> int:
     """Write a table as a binary table (.rbt) that C, C++ and Fortran map into memory.
 

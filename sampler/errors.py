@@ -1,10 +1,13 @@
-"""Errors that a user can cause, each one line: the field, what was given, what is allowed.
+"""Mistakes of users, as data: which argument, what was given, what is allowed or what to do.
 
-Draws and rebounds have, in every language, a code for each row: 0, a sum of the flags `ANGLE`,
-`SPEED`, `SPIN` and `EXTRAPOLATED`, or one of the negative codes below.
+`InputError` keeps these as fields and writes its sentence in `str`, where it is shown; no other
+code reads that sentence. Draws and rebounds have, in every language, a code for each row: 0, a sum
+of the flags `ANGLE`, `SPEED`, `SPIN` and `EXTRAPOLATED`, or one of the negative codes below.
 """
 
-from typing import NamedTuple, NoReturn
+import copy
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Self
 
 
 class Code(NamedTuple):
@@ -12,48 +15,71 @@ class Code(NamedTuple):
 
     name: str
     number: int
+    #: One sentence for people, without a full stop.
     text: str
+    #: Arguments of Python's draws that may be to blame, the first that was given, and what is
+    #: allowed of each.
+    allowed: Mapping[str, str] = {}
 
 
 #: Codes of draws, then of files.
 CODES = (
-    Code("OK", 0, "fine"),
-    Code("ANGLE", 1, "impact angle outside the table: the nearest was drawn"),
-    Code("SPEED", 2, "impact speed outside the table: the nearest was drawn"),
-    Code("SPIN", 4, "spin beyond the table, or inertia beyond the grain: the nearest was drawn"),
-    Code("EXTRAPOLATED", 8, "a speed at which the material pair was not measured"),
-    Code("ERR_MISSING", -1, "a required array or the table is missing (NULL, or a handle of 0)"),
+    Code("OK", 0, "no error"),
+    Code("ANGLE", 1,
+        "the impact angle lies outside the table, and the nearest angle was used"),
+    Code("SPEED", 2,
+        "the impact speed lies outside the table, and the nearest speed was used"),
+    Code("SPIN", 4,
+        "the spin lies outside the table, or the grain cannot have this inertia, and the nearest "
+        "value was used"),
+    Code("EXTRAPOLATED", 8, "the material pair was not measured at this speed"),
+    Code("ERR_MISSING", -1, "the table or a required array is missing (NULL, or a handle of 0)"),
     Code("ERR_NOT_FINITE", -2,
-        "arguments: allowed: finite numbers, speeds below 1e150 m/s, inertia 0 or more"),
+        "an argument is NaN or infinite, a speed is 1e150 m/s or more, or an inertia is negative"),
     Code("ERR_NOT_APPROACHING", -3,
-        "alpha1: allowed: above 0, at most pi/2 rad; velocity: allowed: towards the wall, "
-        "(velocity - wall_velocity) . normal < 0"),
+        "the particle moves away from the wall, or alpha1 is not above 0 and at most pi/2 rad; "
+        "leave its velocity unchanged; if every particle has this code, the normals point into "
+        "the wall",
+        {"alpha1": "above 0, at most pi/2 rad",
+         "velocity": "towards the wall, (velocity - wall_velocity) . normal < 0"}),
     Code("ERR_SPEED_NOT_POSITIVE", -4,
-        "speed: allowed: above 0 m/s; velocity: allowed: 1e-150 m/s or more relative to the wall"),
-    Code("ERR_NORMAL_NOT_USABLE", -5, "normal: allowed: any length but zero"),
-    Code("ERR_HALF_SIZE", -6, "half_size: allowed: 1e-09 to 100 m"),
+        "the impact speed is not above 0, or the particle moves at less than 1e-150 m/s relative "
+        "to the wall",
+        {"speed": "above 0 m/s", "velocity": "1e-150 m/s or more relative to the wall"}),
+    Code("ERR_NORMAL_NOT_USABLE", -5, "the normal of the wall has length zero",
+        {"normal": "any length but zero"}),
+    Code("ERR_HALF_SIZE", -6, "the half-size is not from 1e-09 to 100 m",
+        {"half_size": "1e-09 to 100 m"}),
     Code("ERR_ROUGHNESS_NOT_USABLE", -7,
-        "roughness: allowed: 0 to 0.5 rad; of a profile: ra 0 or more, rq not below ra, rsm and "
-        "diameter above 0, and a tilt within that"),
-    Code("ERR_CASCADE_NOT_ENDED", -9, "roughness: bounces without end"),
+        "the roughness is not from 0 to 0.5 rad, or there is no such profile: ra must be 0 or "
+        "more, rq not below ra, rsm and diameter above 0",
+        {"roughness": "0 to 0.5 rad"}),
+    Code("ERR_CASCADE_NOT_ENDED", -9,
+        "the particle hit facet after facet of the rough wall and did not leave it"),
     Code("ERR_NO_SPIN_LAW", -10,
-        "spin, grain, rebound: the table has no spin law, allowed: fresh grains without spin"),
+        "the table has no spin law; ask for fresh grains that arrive without spin"),
     Code("ERR_GRAIN_NOT_KNOWN", -11,
-        "grain: allowed: a shape of the spin law, and b/a and c/b from 0.001 to 1"),
-    Code("ERR_NO_WORKS", -12, "works: the table has no works"),
-    Code("ERR_NOT_OPENED", -20,
-        "file: cannot be opened, allowed: a regular file that exists and may be read"),
-    Code("ERR_NOT_READ", -21, "file: cannot be read, or is a folder, pipe or device"),
-    Code("ERR_NO_MEMORY", -22, "memory: not enough for this table"),
-    Code("ERR_BIG_ENDIAN", -23, "machine: is big-endian, allowed: little-endian"),
-    Code("ERR_FORMAT", -24, "format: is no binary rebound table (.rbt)"),
-    Code("ERR_VERSION", -25, "format_version: allowed: 3.x; make the file again: sampler export"),
-    Code("ERR_SIZE", -26, "file_bytes: the file is truncated, or longer than it says"),
-    Code("ERR_CHECKSUM", -27, "sha256: the contents do not have this checksum"),
-    Code("ERR_DIMENSIONS", -28, "dimensions: one is 0 or too large, or does not fit the others"),
-    Code("ERR_NAMES", -29, "names: a channel or column is unknown or occurs twice"),
-    Code("ERR_OFFSETS", -30, "offsets: an array does not lie in the file on a multiple of 64"),
-    Code("ERR_INDICES", -31, "indices: a component, class, root or child lies beyond its array"),
+        "the table was not made for this grain: a shape, b/a or c/b is not one of its population",
+        {"grain": "a shape code and ratios that the table was made for"}),
+    Code("ERR_NO_WORKS", -12, "the table does not have the energies that impulses take (works)"),
+    Code("ERR_NOT_OPENED", -20, "the file does not exist, or may not be read"),
+    Code("ERR_NOT_READ", -21,
+        "the file cannot be read; it must be a regular file, not a folder, pipe or device"),
+    Code("ERR_NO_MEMORY", -22, "there is not enough memory for this table"),
+    Code("ERR_BIG_ENDIAN", -23, "this machine is big-endian, and tables are little-endian"),
+    Code("ERR_FORMAT", -24, "the file is not a binary rebound table (.rbt)"),
+    Code("ERR_VERSION", -25,
+        "the file has a format version other than 3.x; write it again: sampler export"),
+    Code("ERR_SIZE", -26, "the file is damaged: it has not the length that its header states"),
+    Code("ERR_CHECKSUM", -27, "the file is damaged: its contents do not have its checksum"),
+    Code("ERR_DIMENSIONS", -28,
+        "the file is damaged: a dimension is 0 or too large, or does not fit the others"),
+    Code("ERR_NAMES", -29,
+        "the file is damaged: a channel or variable is unknown or occurs twice"),
+    Code("ERR_OFFSETS", -30,
+        "the file is damaged: an array does not lie within it, at a multiple of 64"),
+    Code("ERR_INDICES", -31,
+        "the file is damaged: a component, class, root or child lies beyond its array"),
 )  # fmt: skip
 
 #: Last code of a draw or a rebound; those beyond are of files.
@@ -90,7 +116,85 @@ _LONGEST = 60
 
 
 class InputError(ValueError):
-    """An argument, field or flag that cannot be used."""
+    """A mistake of a user: what was given for an argument, field or flag cannot be used.
+
+    The sentence is "ARGUMENT: got GIVEN, allowed: ALLOWED" where a value is at fault. Where nothing
+    could have been given, as with a missing package or a full disk, it is "ARGUMENT: PROBLEM;
+    REMEDY".
+
+    Parameters
+    ----------
+    argument : str
+        The argument, field or flag.
+    given : object, optional
+        What was given for it.
+    allowed : str, optional
+        Which values are allowed.
+    problem : str, optional
+        What happened; beside a given value, what is wrong with it.
+    remedy : str, optional
+        What to do.
+    row : int or tuple of int, optional
+        Index into the arguments of the first row that cannot be used.
+    particle : int, optional
+        Its identity, `index` of a draw.
+    source : str, optional
+        What the field stands in: the name of a file, or a larger field.
+    further : sequence of InputError, optional
+        Other mistakes in the same input; the sentence names them all.
+
+    Attributes
+    ----------
+    argument, given, allowed, problem, remedy, row, particle, source, further
+        As given.
+    """
+
+    def __init__(
+        self,
+        argument: str,
+        given: object = None,
+        allowed: str = "",
+        *,
+        problem: str = "",
+        remedy: str = "",
+        row: int | tuple[int, ...] | None = None,
+        particle: int | None = None,
+        source: str = "",
+        further: "tuple[InputError, ...]" = (),
+    ) -> None:
+        super().__init__(argument)
+        self.argument, self.given, self.allowed = argument, given, allowed
+        self.problem, self.remedy = problem, remedy
+        self.row, self.particle = row, particle
+        self.source, self.further = source, further
+
+    def __str__(self) -> str:
+        what = [] if self.given is None else [f"got {self.given}"]
+        what += [self.problem] if self.problem else []
+        what += [f"allowed: {self.allowed}"] if self.allowed else []
+        what[:1] = [f"{first}{self._place()}" for first in what[:1]]
+        text = ", ".join(what)
+        text += f"; {self.remedy}" if self.remedy else ""
+        line = ": ".join(part for part in (self.source, self.argument, text) if part)
+        return "; ".join([line, *map(str, self.further)])
+
+    def _place(self) -> str:
+        """Name the row, and the particle where it is known."""
+        if self.row is None:
+            return ""
+        if self.particle is None:
+            return f" at index {self.row}"
+        return f" at row {self.row} (particle {self.particle})"
+
+    def replaced(self, **fields: Any) -> Self:
+        """Return the same error with other values of some fields."""
+        changed = copy.copy(self)
+        changed.__dict__.update(fields)
+        return changed
+
+    def within(self, source: object) -> Self:
+        """Return the same error of a field that stands in a file or a larger field."""
+        return self.replaced(source=f"{source}: {self.source}" if self.source else str(source))
 
 
 class TableError(InputError):
@@ -98,12 +202,33 @@ class TableError(InputError):
 
 
 class OutsideTableWarning(UserWarning):
-    """Draws lay outside a table, or of the measured speeds; given once a table and kind."""
+    """Draws outside a table, or at speeds that were not measured; given once a table and kind.
 
+    Parameters
+    ----------
+    first : InputError
+        The first row of the call that is outside, as ``outside="raise"`` refuses it.
+    number : int
+        Number of such rows of the call.
+    kind : str
+        One of `FLAGS`.
 
-def refuse(name: str, got: object, allowed: str) -> NoReturn:
-    """Raise the `InputError` of an argument: its name, what was given, what is allowed."""
-    raise InputError(f"{name}: got {got}, allowed: {allowed}")
+    Attributes
+    ----------
+    first, number, kind
+        As given.
+    """
+
+    def __init__(self, first: InputError, number: int, kind: str) -> None:
+        super().__init__(first, number, kind)
+        self.first, self.number, self.kind = first, number, kind
+
+    def __str__(self) -> str:
+        what = "extrapolated" if self.kind == "extrapolated" else "drawn at the nearest condition"
+        return (
+            f"{self.first}; {self.number} rows of this call were {what}; table.counts goes on "
+            "counting, without further warnings"
+        )
 
 
 def shortened(text: str) -> str:

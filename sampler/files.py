@@ -30,7 +30,8 @@ def data_directory() -> Path:
     for folder in (_PACKAGE / "_tables", _PACKAGE.parent / "tables"):
         if folder.is_dir():
             return folder
-    raise InputError(f"data folder: none in {_PACKAGE}, allowed: an installation with its tables")
+    problem = f"there is no folder of tables in {_PACKAGE}"
+    raise InputError("installation", problem=problem, remedy="install rebound-tables again")
 
 
 def include_directory() -> Path:
@@ -80,7 +81,7 @@ def find_file(what: str, name_or_path: str | os.PathLike[str], suffix: str) -> P
     if is_word and not os.path.exists(path):
         names = ", ".join(available(suffix)) or "none are installed"
         allowed = f"a name ({names}) or the path of a {suffix} file"
-        raise InputError(f"{what}: got '{name_or_path}', allowed: {allowed}")
+        raise InputError(what, f"'{name_or_path}'", allowed)
     return check_input(what, path)
 
 
@@ -102,9 +103,9 @@ def find_measurements(name_or_path: str | os.PathLike[str]) -> Path:
 def check_input(what: str, path: str | os.PathLike[str]) -> Path:
     """Refuse an input that is no file; raises `InputError`."""
     if not os.path.exists(path):
-        raise InputError(f"{what}: got {path}, allowed: a file that exists")
+        raise InputError(what, problem=f"there is no file {path}")
     if not os.path.isfile(path):
-        raise InputError(f"{what}: got {path}, a folder or device, allowed: a regular file")
+        raise InputError(what, problem=f"{path} is a folder or device, not a file")
     return Path(path)
 
 
@@ -113,19 +114,21 @@ def read_file(what: str, path: str | os.PathLike[str]) -> bytes:
     try:
         return check_input(what, path).read_bytes()
     except OSError as error:
-        raise InputError(f"{what}: cannot read {path}: {error.strerror}") from error
+        raise InputError(what, problem=f"cannot read {path}: {error.strerror}") from error
 
 
 def check_output(path: str | Path) -> Path:
     """Refuse an output that cannot be written, before any work is done; raises `InputError`."""
     given = Path(path)
     if os.path.isdir(given):
-        raise InputError(f"output: got {given}, a folder, allowed: a file name")
+        raise InputError("output", problem=f"{given} is a folder", remedy="give a file name")
     folder = Path(os.path.realpath(given)).parent
     if not os.path.isdir(folder):
-        raise InputError(f"output: got {given}, allowed: a file in a folder that exists")
+        problem = f"cannot write {given}: there is no folder {folder}"
+        raise InputError("output", problem=problem)
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise InputError(f"output: got {given}, allowed: a file in a folder that can be written")
+        problem = f"cannot write {given}: no permission to write into {folder}"
+        raise InputError("output", problem=problem)
     return given
 
 
@@ -149,7 +152,8 @@ def atomic_output(path: str | Path) -> Iterator[Path]:
             temporary.chmod(target.stat().st_mode & 0o777)
         os.replace(temporary, target)
     except OSError as error:
-        raise InputError(f"output: cannot write {given}: {error.strerror or error}") from error
+        problem = f"cannot write {given}: {error.strerror or error}"
+        raise InputError("output", problem=problem) from error
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
@@ -203,7 +207,7 @@ def commented_fields(text: str) -> dict[str, str]:
             stripped = stripped.strip('"')
         if stripped and not stripped.startswith("#"):
             break
-        found = _FIELD.fullmatch(stripped)
-        if found and found[2].isprintable():
-            fields.setdefault(found[1], found[2].strip())
+        field = _FIELD.fullmatch(stripped)
+        if field and field[2].isprintable():
+            fields.setdefault(field[1], field[2].strip())
     return fields

@@ -131,7 +131,7 @@ class OpenTable:
         table = c_void_p()
         code = library().rbt_open_image(image.ctypes.data, image.size, ctypes.addressof(table))
         if code != OK:
-            raise TableError(library().rbt_strerror(code).decode())
+            raise TableError("table", problem=library().rbt_strerror(code).decode())
         assert table.value is not None
         self.image, self.handle = image, table.value
         weakref.finalize(self, library().rbt_close, table.value)
@@ -177,7 +177,7 @@ class Report(NamedTuple):
     counts: tuple[int, ...]
 
     @classmethod
-    def of(cls, codes: NDArray[np.intc]) -> "Report":
+    def from_codes(cls, codes: NDArray[np.intc]) -> "Report":
         """Look through codes."""
         bad = bool((codes < 0).any())
         # bytes take a third of the time
@@ -264,7 +264,7 @@ def _run(
         where = None if before else codes.ctypes.data + start * codes.itemsize
         code = run(at, start, end - start, where)
         # while they are in the cache
-        return Report.of(codes[start:end]) if code and not before else nothing
+        return Report.from_codes(codes[start:end]) if code and not before else nothing
 
     slices = list(pairwise(n * k // parts for k in range(parts + 1)))
     if threads == 1:

@@ -30,7 +30,7 @@ from numba.core.errors import TypingError
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from sampler.errors import MISSING
+from sampler.errors import MISSING, InputError
 from sampler.library import library
 
 Vector = tuple[float, float, float]
@@ -136,7 +136,7 @@ def _function(
     def typed(typingctx: Any, *given: Any) -> Any:
         for (name, what), kind in zip(arguments.items(), given, strict=True):
             if not what.fits(kind):
-                raise TypingError(f"{name}: got {kind}, allowed: {what.allowed}")
+                raise TypingError(str(InputError(name, kind, what.allowed)))
 
         def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             parts = zip(args, sig.args, arguments.values(), strict=True)
@@ -192,9 +192,9 @@ _deposits = _function("rbt_deposits", _IMPACT | {"wall_velocity": _OPTIONAL}, 0)
 def _check_keys(seed: int, index: int, hit: int) -> None:
     """Refuse keys that would wrap, and so be those of another particle: -1 would be 2**64 - 1."""
     if seed < 0 or index < 0:
-        raise ValueError("seed, index: got a negative number, allowed: 0 to 2**64 - 1")
+        raise ValueError("seed and index: allowed: 0 to 2**64 - 1")
     if hit < 0 or hit > 0xFFFFFFFF:
-        raise ValueError("hit: got a number out of range, allowed: 0 to 2**32 - 1")
+        raise ValueError("hit: allowed: 0 to 2**32 - 1")
 
 
 @numba.njit(nogil=True)

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from sampler.errors import InputError, refuse
+from sampler.errors import InputError
 from sampler.files import available, check_output
 
 #: Exit statuses: all is well, an accuracy was missed, bad input, any other failure, Ctrl-C. The 1
@@ -35,7 +35,7 @@ class Program(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command of the first word; raises `click.UsageError` if there is none."""
         if args[0] not in self.commands:
-            ctx.fail(f"COMMAND: got '{args[0]}', allowed: {', '.join(sorted(self.commands))}")
+            raise InputError("COMMAND", f"'{args[0]}'", ", ".join(sorted(self.commands)))
         return super().resolve_command(ctx, args)
 
 
@@ -50,7 +50,8 @@ class Command(click.Command):
             if isinstance(kind, OutputFile) and value is not None:
                 key = _identity(value)
                 if key in taken:
-                    refuse(name, f"{value}, the same file as {taken[key]}", "another")
+                    problem = f"{value} is the file that {taken[key]} names, too"
+                    raise InputError(name, problem=problem, remedy="give another file")
                 taken[key] = name
         return super().invoke(ctx)
 
@@ -63,7 +64,7 @@ class Command(click.Command):
 
 
 def _identity(value: Any) -> Any:
-    """Resolve a path, so that it can be told from others; all else is itself."""
+    """Return the absolute path of a file name; of another value its identity."""
     return Path(value).resolve() if isinstance(value, str | Path) else id(value)
 
 
@@ -98,7 +99,7 @@ def run_program(program: Program, argv: Sequence[str] | None, context: Any = Non
     except InputError as error:
         return ended(program, BAD_INPUT, f"error: {error}")
     except MemoryError:
-        line = "error: not enough memory, allowed: a smaller count, or fewer samples"
+        line = "error: there is not enough memory; ask for a smaller count, or fewer samples"
         return ended(program, BAD_INPUT, line)
     except OSError as error:  # of the system: a full disk, a file that went away
         return ended(program, FAILED, f"error: {error}")
@@ -131,22 +132,38 @@ def note(program: str, line: str) -> None:
 _OVERWRITE = "overwrite"
 
 
+def flag_of(param: click.Parameter | None) -> str:
+    """Return the name of an option or argument in messages, as a user writes it."""
+    return "" if param is None else param.opts[0]
+
+
 class OutputFile(click.ParamType):
-    """File that can be written, checked before any work is done."""
+    """File that can be written, checked before any work is done.
+
+    Parameters
+    ----------
+    suffixes : str
+        Endings that names may have; any, if none is given.
+    """
 
     name = "file"
 
+    def __init__(self, *suffixes: str) -> None:
+        self.suffixes = suffixes
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """Check that the path is no folder and lies in a folder that can be written."""
+        flag = flag_of(param)
         try:
             path = check_output(value)
         except InputError as error:
-            self.fail(str(error).removeprefix("output: "), param, ctx)
-        suffix = Path(str(param.metavar)).suffix if param is not None else ""
-        if suffix[1:].isalnum() and path.suffix != suffix:
-            self.fail(f"got {value}, allowed: a name in {suffix}", param, ctx)
+            raise error.replaced(argument=flag) from None
+        if self.suffixes and path.suffix not in self.suffixes:
+            allowed = f"a name that ends in {' or '.join(self.suffixes)}"
+            raise InputError(flag, str(value), allowed)
         if ctx is not None and ctx.meta.get(_OVERWRITE) is False and path.exists():
-            self.fail(f"got {value}, which exists, allowed: a new name, or --overwrite", param, ctx)
+            remedy = "give a new name, or --overwrite"
+            raise InputError(flag, problem=f"{value} exists", remedy=remedy)
         return path
 
 
@@ -190,7 +207,7 @@ class Number(click.ParamType):
         except ValueError:
             number = math.nan
         if not self.low <= number <= self.high:
-            self.fail(f"got {value!r}, allowed: {self.allowed}", param, ctx)
+            raise InputError(flag_of(param), repr(value), self.allowed)
         return number
 
 
@@ -241,9 +258,12 @@ def json_file(help_text: str) -> Callable[[Decorated], Decorated]:
     return click.option("--json", "json_file", type=OUTPUT, metavar="F", help=help_text)
 
 
-def output(metavar: str, help_text: str = "File to write.") -> Callable[[Decorated], Decorated]:
+def output(
+    metavar: str, *suffixes: str, help_text: str = "File to write."
+) -> Callable[[Decorated], Decorated]:
     """Add ``output`` to a command: the file that it writes, which must be given."""
-    return click.option("--output", required=True, type=OUTPUT, metavar=metavar, help=help_text)
+    kind = OutputFile(*suffixes)
+    return click.option("--output", required=True, type=kind, metavar=metavar, help=help_text)
 
 
 #: Makes a command keep outputs that exist, without this flag: for those that work long.

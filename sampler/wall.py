@@ -13,8 +13,9 @@ from sampler.arguments import (
     as_reals_up_to,
     as_rows_of,
     common_shape,
+    row_index,
 )
-from sampler.errors import refuse
+from sampler.errors import InputError
 from sampler.formats.bounds import SINGLE_ROUNDING
 from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from sampler.library import library
@@ -22,10 +23,7 @@ from sampler.library import library
 Reals = NDArray[np.float64]
 
 #: Arguments, but vectors, that may be 0.
-_FROM_ZERO = (
-    *("time", "viscosity", "critical_speed", "ra", "rq"),
-    *("poisson", "wall_poisson"),
-)
+_FROM_ZERO = ("time", "viscosity", "critical_speed", "ra", "rq", "poisson", "wall_poisson")
 
 _AT_REST = (0.0, 0.0, 0.0)
 
@@ -152,12 +150,15 @@ def _known(grain: ArrayLike) -> Reals:
     """Coerce grains; refuse meshes, and ratios that no grain has."""
     rows = as_finite("grain", grain)
     codes, ratios = rows[..., 0], rows[..., 1:]
-    held = np.isin(codes, [SHAPE_CODES[name] for name in SHAPE_NAMES])
-    held &= ((ratios > 0.0) & (ratios <= 1.0 + SINGLE_ROUNDING)).all(axis=-1)
-    if not held.all():
+    usable = np.isin(codes, [SHAPE_CODES[name] for name in SHAPE_NAMES])
+    usable &= ((ratios > 0.0) & (ratios <= 1.0 + SINGLE_ROUNDING)).all(axis=-1)
+    if not usable.all():
+        row = int(np.argmin(usable))
+        given = ", ".join(f"{x:.9g}" for x in rows.reshape(-1, 3)[row])
         known = ", ".join(f"{SHAPE_CODES[name]} {name}" for name in SHAPE_NAMES)
-        given = ", ".join(f"{x:.9g}" for x in rows[~held][0])
-        refuse("grain", given, f"a code ({known}), and b/a and c/b above 0 and at most 1")
+        allowed = f"a code ({known}), and b/a and c/b above 0 and at most 1"
+        index = row_index(row, usable.shape) if usable.ndim else None
+        raise InputError("grain", given, allowed, row=index)
     return rows
 
 
@@ -221,7 +222,7 @@ def deposits(
         Particles that leave the wall already do not stay.
     """
     if not as_rows_of("normal", normal).any(axis=-1).all():
-        refuse("normal", "a vector of length zero", "any length but zero")
+        raise InputError("normal", "a vector of length zero", "any length but zero")
     given = {"velocity": velocity, "normal": normal, "critical_speed": critical_speed}
     return _by_rows("rbt_deposits_rows", dtype=np.bool_, **given, wall_velocity=wall_velocity)
 
@@ -257,14 +258,16 @@ def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike)
     below = np.atleast_1d(given["rq"] < 0.99 * given["ra"])
     if below.any():
         row = int(below.argmax())
-        ra_of, rq_of = (
+        mean, root_mean_square = (
             np.broadcast_to(given[name], below.shape).flat[row] for name in ("ra", "rq")
         )
-        refuse("rq", f"{rq_of:.9g}, below ra = {ra_of:.9g}", "ra or more, as in every profile")
+        allowed = f"ra = {mean:.9g} or more, as in every profile"
+        raise InputError("rq", f"{root_mean_square:.9g}", allowed)
     tilts = _by_rows("rbt_wall_tilt_rows", **given)
     refused = np.isnan(tilts)
     if refused.any():
         row = int(refused.argmax())
         each = (np.broadcast_to(array, tilts.shape).flat[row] for array in given.values())
-        refuse("ra, rq, rsm, diameter", ", ".join(f"{x:.9g}" for x in each), "tilts up to 0.5 rad")
+        values = ", ".join(f"{x:.9g}" for x in each)
+        raise InputError("ra, rq, rsm, diameter", values, "tilts up to 0.5 rad")
     return tilts

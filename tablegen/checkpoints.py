@@ -83,7 +83,8 @@ class CheckpointStore:
         self, output: Path, fingerprint: str, *, resume: bool = False, discard: bool = False
     ) -> None:
         if resume and discard:
-            raise InputError("--discard: got it with --resume, allowed: one of the two")
+            problem = "is given with --resume"
+            raise InputError("--discard", problem=problem, remedy="give one of the two")
         self.folder = parts_path(output)
         self._stamp = hashlib.sha256(fingerprint.encode()).hexdigest()
         self._output, self._existed = output, os.path.exists(output)
@@ -91,10 +92,8 @@ class CheckpointStore:
         try:
             self.folder.mkdir(exist_ok=True)
             if not stamp.is_file() and {path.name for path in self.folder.iterdir()} - {_LOCK}:
-                raise InputError(
-                    f"output: got {self.folder}, which is not of an unfinished run, "
-                    "allowed: a file without such a folder"
-                )
+                problem = f"{self.folder} exists, and is not the folder of an unfinished run"
+                raise InputError("output", problem=problem, remedy="choose another output")
             self._lock = self._locked()
             try:
                 self.resumed = self._begin(stamp, resume, discard)
@@ -102,7 +101,8 @@ class CheckpointStore:
                 self._lock.close()
                 raise
         except OSError as error:
-            raise InputError(f"output: cannot make {self.folder}: {error.strerror}") from error
+            problem = f"cannot make {self.folder}: {error.strerror}"
+            raise InputError("output", problem=problem) from error
 
     def _begin(self, stamp: Path, resume: bool, discard: bool) -> bool:
         """Tell whether the run resumes; if not, remove its checkpoints and write the stamp."""
@@ -122,10 +122,11 @@ class CheckpointStore:
             other = "" if same else ", made from another configuration or version"
             pieces = len(self._pieces())
             count = f"{pieces} piece{'s' * (pieces > 1)}"
-            way = "--resume, which uses them" if same else "another output"
+            way = "--resume to use them" if same else "another output"
             raise InputError(
-                f"output: got {self.folder} with {count} of an unfinished run{other}, "
-                f"allowed: {way}, or --discard, which removes them"
+                "output",
+                problem=f"{self.folder} has {count} of an unfinished run{other}",
+                remedy=f"give {way}, or --discard to remove them",
             )
 
     def _locked(self) -> BinaryIO:
@@ -148,19 +149,17 @@ class CheckpointStore:
                 if error.errno not in (errno.EWOULDBLOCK, errno.EACCES):
                     return file  # no locks on this file system
                 file.close()
-                raise InputError(
-                    f"output: another run is writing {self._output}; wait for its end, stop it, "
-                    "or choose another output"
-                ) from None
+                problem = f"another run is writing {self._output}"
+                remedy = "wait for its end, stop it, or choose another output"
+                raise InputError("output", problem=problem, remedy=remedy) from None
             file.close()
 
     def check_output_is_free(self) -> None:
         """Refuse to replace an output that appeared since this run began; keeps the pieces."""
         if not self._existed and os.path.exists(self._output):
-            raise InputError(
-                f"output: {self._output} was written by another program during this run; move it "
-                "away, and continue with --resume"
-            )
+            problem = f"{self._output} was written by another program during this run"
+            remedy = "move it away, and continue with --resume"
+            raise InputError("output", problem=problem, remedy=remedy)
 
     def __enter__(self) -> Self:
         return self
@@ -232,7 +231,7 @@ def stable_number(key: str, bits: int) -> int:
 def run_task(task: Task, wanted_software: str) -> Arrays:
     """Run a task on a worker, and add its time; refuse a worker with other software."""
     if (ours := software()) != wanted_software:
-        raise InputError(f"workers: got one with {ours}, allowed: {wanted_software}")
+        raise InputError("workers", f"one with {ours}", wanted_software)
     begin = time.thread_time()
     return {**task.function(*task.arguments), SECONDS: np.array(time.thread_time() - begin)}
 

@@ -75,10 +75,8 @@ def require_matplotlib(flag: str) -> None:
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
-        raise InputError(
-            f"{flag}: needs matplotlib, which is not installed, allowed: "
-            "pip install 'rebound-tables[plot]'"
-        ) from error
+        problem, remedy = "matplotlib is not installed", "run: pip install 'rebound-tables[plot]'"
+        raise InputError(flag, problem=problem, remedy=remedy) from error
 
 
 def new_figure(width: float, height: float) -> Any:

@@ -1,4 +1,4 @@
-"""What every refusal is: one line that begins with a field and says what is allowed."""
+"""What every refusal is: one line that begins with a field and says what is allowed or wrong."""
 
 import pytest
 
@@ -9,8 +9,12 @@ def refused(field, call, *given, **named):
     """Check that a call is refused because of a field, and return the line."""
     with pytest.raises(InputError) as refusal:
         call(*given, **named)
-    line = str(refusal.value)
-    assert line.startswith(f"{field}: "), line
-    assert "allowed" in line
+    error = refusal.value
+    line = str(error)
+    # the place is data, and begins the line
+    place = ": ".join(part for part in (error.source, error.argument) if part)
+    assert f"{place}: ".startswith(f"{field}: "), line
+    assert line.startswith(f"{place}: "), line
+    assert error.problem or (error.given is not None and error.allowed), line
     assert "\n" not in line
     return line

@@ -6,10 +6,10 @@ import numpy as np
 
 from sampler.arguments import Keys, Rebound, as_isotropic, broadcast
 from sampler.device import program
-from sampler.errors import refuse
+from sampler.errors import InputError
 from sampler.formats.image import Image
 from sampler.library import Report
-from sampler.messages import Counting, Counts
+from sampler.row_codes import RowCodes
 
 #: Threads of a block, and most blocks for each multiprocessor: larger arrays are taken in turns.
 _THREADS = 128
@@ -21,12 +21,20 @@ _MOST_BYTES = 4096
 #: Fields of the records of `rebound_device.h`, in their order.
 _CONDITIONS = ("alpha1", "speed", "spin", "inertia", "grain", "index", "hit")
 _IMPACTS = (
-    *("velocity", "normal", "half_size", "wall_velocity", "omega", "inertia", "roughness"),
-    *("grain", "index", "hit"),
+    "velocity",
+    "normal",
+    "half_size",
+    "wall_velocity",
+    "omega",
+    "inertia",
+    "roughness",
+    "grain",
+    "index",
+    "hit",
 )
 
 
-class DeviceTable(Counting):
+class DeviceTable:
     """A rebound table on a GPU, from `Table.to_device`.
 
     Its functions take arrays of CuPy, numbers and numpy arrays, and return arrays of CuPy. They
@@ -55,7 +63,7 @@ class DeviceTable(Counting):
         self._cupy = cupy = program.cupy_with_gpu()
         self.columns, self.outside, self.dtype = table.columns, table.outside, dtype
         self.pair, self.covered = table.pair, table.covered
-        self._table, self._counts = table, Counts()
+        self._table, self._codes = table, RowCodes(table.pair, table.covered, table.outside)
         self._device = cupy.cuda.Device()
         self._module = cupy.RawModule(code=program.source(), options=options)
         self._image = cupy.asarray(image)
@@ -64,6 +72,16 @@ class DeviceTable(Counting):
 
     def __repr__(self) -> str:
         return f"<sampler.DeviceTable on device {self._device.id}, {self.dtype}>"
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Numbers of draws so far: angle, speed or spin outside the table, extrapolated."""
+        return dict(self._codes.counts)
+
+    @property
+    def extrapolated(self) -> int:
+        """Number of draws so far at speeds at which the pair was not measured."""
+        return self._codes.counts["extrapolated"]
 
     def sample(
         self,
@@ -116,7 +134,7 @@ class DeviceTable(Counting):
         """
         isotropic = as_isotropic(isotropic, roughness)
         if works is not None and not {"work_normal", "work_shear"} <= {*self.columns}:
-            refuse("works", "an array", f"none, for the table {self.pair} has no works")
+            raise InputError("works", problem=f"the table {self.pair} has no works")
         arguments = {"velocity": velocity, "normal": normal, "half_size": half_size}
         arguments |= {"wall_velocity": wall_velocity, "roughness": roughness}
         arguments |= {"omega": omega, "inertia": inertia}
@@ -147,7 +165,7 @@ class DeviceTable(Counting):
     ) -> program.DeviceCall:
         """Make rows of those arguments of a call that are given."""
         if not isinstance(grain, str):
-            refuse("grain", type(grain).__name__, "'own', 'fresh'")
+            raise InputError("grain", type(grain).__name__, "'own', 'fresh'")
         self._table.check_spin(name, arguments[name], grain)
         given = {name: values for name, values in arguments.items() if values is not None}
         with self._device:
@@ -178,6 +196,6 @@ class DeviceTable(Counting):
             self._module.get_function(kernel)((blocks,), (_THREADS,), arguments)
             if not flagged.item():
                 return
-            report = Report.of(self._cupy.asnumpy(codes))
-        self._refuse(call, report)
-        self._count(call, report, 4)
+            report = Report.from_codes(self._cupy.asnumpy(codes))
+        self._codes.refuse(call, report)
+        self._codes.count(call, report, 4)

@@ -17,7 +17,7 @@ from sampler.arguments import (
     check_vector,
     keys_of,
 )
-from sampler.errors import InputError, refuse
+from sampler.errors import InputError
 from sampler.files import include_directory
 
 #: Types that numbers on the device can have, and their names in C.
@@ -42,7 +42,8 @@ def options(dtype: str) -> tuple[str, ...]:
         If `dtype` is none of `REALS`.
     """
     if not isinstance(dtype, str) or dtype not in REALS:
-        refuse("dtype", repr(dtype), ", ".join(f"'{name}'" for name in REALS))
+        allowed = ", ".join(f"'{name}'" for name in REALS)
+        raise InputError("dtype", repr(dtype), allowed)
     return ("-fmad=false", f"-DRBT_REAL={REALS[dtype]}")
 
 
@@ -51,14 +52,16 @@ def cupy_with_gpu() -> Any:
     try:
         import cupy
     except ImportError:
-        allowed = "after: pip install cupy-cuda13x"
-        raise InputError(f"to_device: CuPy is not installed, allowed {allowed}") from None
+        remedy = "run: pip install 'rebound-tables[cuda]'"
+        raise InputError("to_device", problem="CuPy is not installed", remedy=remedy) from None
+    problem, remedy = "CuPy finds no GPU", "run on a machine with a GPU and its driver"
     try:
-        devices, reason = cupy.cuda.runtime.getDeviceCount(), ""
+        devices = cupy.cuda.runtime.getDeviceCount()
     except RuntimeError as error:  # CuPy's, where there is no driver or no device
-        devices, reason = 0, f" ({str(error).partition(':')[0]})"
+        reason = f"{problem} ({error})"
+        raise InputError("to_device", problem=reason, remedy=remedy) from error
     if devices == 0:
-        refuse("to_device", f"no GPU{reason}", "one that CuPy can use")
+        raise InputError("to_device", problem=problem, remedy=remedy)
     return cupy
 
 

@@ -98,17 +98,15 @@ def to_channels(state: "NDArray[np.float64]") -> "NDArray[np.float64]":
 
     state = np.asarray(state, dtype=np.float64)
     if state.ndim != 2 or state.shape[1] != len(STATE):
-        raise InputError(f"state: got shape {state.shape}, allowed: (n, 6)")
+        raise InputError("state", f"shape {state.shape}", "(n, 6)")
     u, v, w = state[:, 0], state[:, 1], state[:, 2]
     energy = u * u + v * v + w * w
     # Negated so that NaN is refused as well.
     refused = ~((v > 0.0) & (energy < 1.0))
     if refused.any():
         k = int(refused.argmax())
-        raise InputError(
-            f"state: got v = {v[k]:g}, u^2 + v^2 + w^2 = {energy[k]:.17g} at index {k}, "
-            "allowed: v > 0 and a sum below 1"
-        )
+        given = f"v = {v[k]:g}, u^2 + v^2 + w^2 = {energy[k]:.17g}"
+        raise InputError("state", given, "v > 0 and a sum below 1", row=k)
     rest = (1.0 - v) * (1.0 + v)
     u_hat = u / np.sqrt(rest)
     w_hat = w / np.sqrt(rest - u * u)

@@ -1,7 +1,7 @@
 """Checks of the values in a table, each a small function that the schema names.
 
 A check takes the values of one dataset and all datasets by path. It returns None if it holds,
-else what is wrong: the value found, where, and what is allowed.
+else the error: the value, where it stands, and what is allowed; the caller adds the dataset.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.errors import TableError
 from sampler.formats.bounds import (
     GRAZING,
     LEAST_STEP,
@@ -21,7 +22,7 @@ from sampler.formats.bounds import (
 )
 
 Array = NDArray[Any]
-Finder = Callable[[Array, Mapping[str, Array]], str | None]
+Finder = Callable[[Array, Mapping[str, Array]], TableError | None]
 
 
 class Check(NamedTuple):
@@ -33,15 +34,16 @@ class Check(NamedTuple):
     problem: Finder
 
 
-def first_refused(values: Array, refused: Array, allowed: str) -> str | None:
-    """Message on the first refused value, if any; `refused` may be shorter at the end."""
+def first_refused(values: Array, refused: Array, allowed: str) -> TableError | None:
+    """Make the error of the first refused value, if any; `refused` may be shorter at the end."""
     if not refused.any():
         return None
     where = tuple(int(k) for k in np.unravel_index(int(refused.argmax()), refused.shape))
-    return f"got {values[where]:.9g} at {list(where)}, allowed: {allowed}"
+    row = where if len(where) > 1 else where[0]
+    return TableError("", f"{values[where]:.9g}", allowed, row=row)
 
 
-def _finite(values: Array, _: Mapping[str, Array]) -> str | None:
+def _finite(values: Array, _: Mapping[str, Array]) -> TableError | None:
     """No NaN, no infinity."""
     return first_refused(values, ~np.isfinite(values), "finite numbers")
 
@@ -49,7 +51,7 @@ def _finite(values: Array, _: Mapping[str, Array]) -> str | None:
 finite = Check("finite", _finite)
 
 
-def _increasing(values: Array, _: Mapping[str, Array]) -> str | None:
+def _increasing(values: Array, _: Mapping[str, Array]) -> TableError | None:
     """Strictly increasing along the last dimension."""
     refused = np.diff(values, axis=-1) <= 0.0
     return first_refused(values[..., 1:], refused, "larger than the value before")
@@ -58,7 +60,7 @@ def _increasing(values: Array, _: Mapping[str, Array]) -> str | None:
 increasing = Check("increasing", _increasing)
 
 
-def _steps_apart(values: Array, _: Mapping[str, Array]) -> str | None:
+def _steps_apart(values: Array, _: Mapping[str, Array]) -> TableError | None:
     """Positive numbers, each larger than the one before by more than a rounding."""
     refused = values[1:] - values[:-1] < LEAST_STEP * values[1:]
     allowed = f"larger than the value before, by {LEAST_STEP:g} of it"
@@ -68,7 +70,7 @@ def _steps_apart(values: Array, _: Mapping[str, Array]) -> str | None:
 apart = Check(f"each larger than the one before, by {LEAST_STEP:g} of it", _steps_apart)
 
 
-def _non_decreasing(values: Array, _: Mapping[str, Array]) -> str | None:
+def _non_decreasing(values: Array, _: Mapping[str, Array]) -> TableError | None:
     """Not decreasing along the last dimension."""
     refused = values[..., 1:] < values[..., :-1]  # no difference, which small integers overflow
     return first_refused(values[..., 1:], refused, "at least the value before (non-decreasing)")
@@ -80,10 +82,11 @@ non_decreasing = Check("non-decreasing", _non_decreasing)
 def symmetric_knots(low: float, high: float) -> Check:
     """Check for equal steps from -x to x, low <= x <= high."""
 
-    def problem(values: Array, _: Mapping[str, Array]) -> str | None:
+    def problem(values: Array, _: Mapping[str, Array]) -> TableError | None:
         last = values[-1]
         if not low <= last <= high:
-            return f"got {last:.9g} at the end, allowed: from {low:g} to {high:g}"
+            allowed = f"from {low:g} to {high:g}"
+            return TableError("", f"{last:.9g}", allowed, row=values.size - 1)
         refused = np.abs(values - np.linspace(-last, last, values.size)) > 1e-9 * last
         return first_refused(values, refused, "equal steps, symmetric about 0")
 
@@ -93,7 +96,7 @@ def symmetric_knots(low: float, high: float) -> Check:
 def within(low: float, high: float) -> Check:
     """Check for values in the closed interval [low, high]."""
 
-    def problem(values: Array, _: Mapping[str, Array]) -> str | None:
+    def problem(values: Array, _: Mapping[str, Array]) -> TableError | None:
         return first_refused(values, (values < low) | (values > high), f"in [{low:g}, {high:g}]")
 
     return Check(f"{low:g} to {high:g}", problem)
@@ -102,14 +105,14 @@ def within(low: float, high: float) -> Check:
 def encloses(path: str, high: float) -> Check:
     """Check for two values, in order and from 0 up, with all values of another dataset between."""
 
-    def problem(values: Array, datasets: Mapping[str, Array]) -> str | None:
+    def problem(values: Array, datasets: Mapping[str, Array]) -> TableError | None:
         (low, end), first, last = values, datasets[path][0], datasets[path][-1]
-        got = f"got {low:.9g} and {end:.9g}, allowed: "
+        given = f"{low:.9g} and {end:.9g}"
         if not 0.0 <= low <= first <= last <= end <= high:
             below, above = f"from 0 to {first:.9g}", f"from {last:.9g} to {high:g}"
-            return f"{got}{below} and {above}, the ends of {path}"
+            return TableError("", given, f"{below} and {above}, the ends of {path}")
         if low < end and end - low < LEAST_STEP * end:
-            return f"{got}equal, or {LEAST_STEP:g} of them apart"
+            return TableError("", given, f"equal, or {LEAST_STEP:g} of them apart")
         return None
 
     allowed = f"at most and at least all `{path}`, from 0 to {high:g}"
@@ -124,7 +127,7 @@ def node_index(path: str, span: str) -> Check:
     also within the rounding of the unit of a node, which a draw takes in radians.
     """
 
-    def problem(values: Array, datasets: Mapping[str, Array]) -> str | None:
+    def problem(values: Array, datasets: Mapping[str, Array]) -> TableError | None:
         nodes, ends = datasets[path], datasets[span]
         if ends[0] == ends[1]:
             return first_refused(values, values != 0.0, "0 on an axis of one value")
@@ -141,7 +144,7 @@ def node_index(path: str, span: str) -> Check:
     return Check(allowed, problem)
 
 
-def _below_length(values: Array, _: Mapping[str, Array]) -> str | None:
+def _below_length(values: Array, _: Mapping[str, Array]) -> TableError | None:
     """Refuse indices not below the length of the last dimension."""
     return first_refused(values, values >= values.shape[-1], f"below {values.shape[-1]}")
 
@@ -149,7 +152,7 @@ def _below_length(values: Array, _: Mapping[str, Array]) -> str | None:
 below_length = Check("below n_components", _below_length)
 
 
-def _class_starts(values: Array, datasets: Mapping[str, Array]) -> str | None:
+def _class_starts(values: Array, datasets: Mapping[str, Array]) -> TableError | None:
     """Refuse classes that do not begin at component 0, turn back or begin after the last."""
     components = datasets["dependence/alias_index"].shape[-1]
     first = values[..., 0]
@@ -166,14 +169,15 @@ class_starts = Check("from 0, non-decreasing, at most n_components", _class_star
 def positive_diagonals_of(path: str) -> Check:
     """Check for lower triangles, rows packed, of as many rows as a dataset has columns."""
 
-    def problem(values: Array, datasets: Mapping[str, Array]) -> str | None:
+    def problem(values: Array, datasets: Mapping[str, Array]) -> TableError | None:
         rows = datasets[path].shape[-1]
         needed = rows * (rows + 1) // 2
         if values.shape[-1] != needed:
-            return f"got {values.shape[-1]} factors, allowed: {needed} for {rows} rows"
+            given, allowed = f"{values.shape[-1]} factors", f"{needed} for {rows} rows"
+            return TableError("", given, allowed)
         diagonal = values[..., [row * (row + 3) // 2 for row in range(rows)]]
         wrong = first_refused(diagonal, diagonal <= 0, "positive")
-        return None if wrong is None else f"diagonals: {wrong}"
+        return wrong and wrong.replaced(argument="diagonals")
 
     return Check("positive on diagonals", problem)
 
@@ -181,16 +185,18 @@ def positive_diagonals_of(path: str) -> Check:
 # -- values of the spin law
 
 
-def _spin_adds_up(values: Array, _: Mapping[str, Array]) -> str | None:
+def _spin_adds_up(values: Array, _: Mapping[str, Array]) -> TableError | None:
     """Refuse shares that do not add up to one."""
     total = float(values.sum())
-    return None if abs(total - 1.0) <= 1e-9 else f"got a sum of {total:.9g}, allowed: 1"
+    if abs(total - 1.0) <= 1e-9:
+        return None
+    return TableError("", f"a sum of {total:.9g}", "a sum of 1")
 
 
 spin_adds_up = Check("of sum 1", _spin_adds_up)
 
 
-def _spin_aspect_law(values: Array, _: Mapping[str, Array]) -> str | None:
+def _spin_aspect_law(values: Array, _: Mapping[str, Array]) -> TableError | None:
     """Refuse normal laws that could give ratios that are no numbers."""
     mean, deviation, low, high = values.T
     problem = first_refused(mean, np.abs(mean) > 100.0, "from -100 to 100")
@@ -204,7 +210,7 @@ spin_aspect_law = Check(
 )
 
 
-def _spin_roots(values: Array, datasets: Mapping[str, Array]) -> str | None:
+def _spin_roots(values: Array, datasets: Mapping[str, Array]) -> TableError | None:
     """Refuse roots that are no node."""
     nodes = len(datasets["spin/node_axis"])
     return first_refused(values, (values < 0) | (values >= nodes), f"0 to {nodes - 1}")
@@ -213,7 +219,7 @@ def _spin_roots(values: Array, datasets: Mapping[str, Array]) -> str | None:
 spin_roots = Check("numbers of nodes", _spin_roots)
 
 
-def _spin_children(values: Array, datasets: Mapping[str, Array]) -> str | None:
+def _spin_children(values: Array, datasets: Mapping[str, Array]) -> TableError | None:
     """Refuse children that are neither a later node nor a leaf: then every path ends."""
     nodes, leaves = len(values), len(datasets["spin/centre"])
     own = np.arange(nodes)[:, None]
@@ -225,7 +231,7 @@ def _spin_children(values: Array, datasets: Mapping[str, Array]) -> str | None:
 spin_children = Check("a later node, or -1 - leaf", _spin_children)
 
 
-def _spin_leaves_the_wall(values: Array, _: Mapping[str, Array]) -> str | None:
+def _spin_leaves_the_wall(values: Array, _: Mapping[str, Array]) -> TableError | None:
     """Quantiles of p_v: 0 or more, and positive from the second on, so that v is positive."""
     v = values[:, 1]
     problem = first_refused(v, v < 0.0, "0 or more, of p_v")
@@ -254,23 +260,25 @@ def _is_table(numbers: Array, most_speeds: float) -> bool:
     return bool((np.diff(angles) > 0.0).all() and (np.diff(speeds) > 0.0).all())
 
 
-def _contact_laws(values: Array, _: Mapping[str, Array]) -> str | None:
+def _contact_laws(values: Array, _: Mapping[str, Array]) -> TableError | None:
     """Refuse numbers that do not make up laws of contact."""
     least, restitution, resistance = values[[0, 1, 4]]
     if not 0.0 < least <= GRAZING:
-        return f"got {least:.9g} at [0], allowed: above 0, at most {GRAZING:g}"
+        return TableError("", f"{least:.9g}", f"above 0, at most {GRAZING:g}", row=0)
     for at, law, laws in ((1, restitution, 5), (4, resistance, 4)):
         if law not in range(laws):
-            return f"got {law:.9g} at [{at}], allowed: 0 to {laws - 1}"
+            return TableError("", f"{law:.9g}", f"0 to {laws - 1}", row=at)
     length, left = values[7], len(values) - _LAW_NUMBERS
     if not (0.0 <= length <= left and length % 1.0 == 0.0):
-        return f"got {length:.9g} at [7], allowed: 0 to {left}, of {len(values)} numbers"
+        allowed = f"0 to {left}, of {len(values)} numbers"
+        return TableError("", f"{length:.9g}", allowed, row=7)
     first, second = np.split(values[_LAW_NUMBERS:], [int(length)])
     needed = resistance == TABULATED_RESISTANCE or second.size > 0
     if (restitution == TABULATED and not _is_table(first, np.inf)) or (
         needed and not _is_table(second, 1.0)
     ):
-        return "got numbers that are no table, allowed: numbers of angles and speeds, these, values"
+        allowed = "numbers of angles and speeds, these, values"
+        return TableError("", "numbers that are no table", allowed)
     return None
 
 

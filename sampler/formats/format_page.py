@@ -61,14 +61,14 @@ def filled(
     Each is between a line ``<!-- begin PART -->`` and a line ``<!-- end PART -->``, or of the form
     `mark`; raises `InputError` if a part is not marked exactly once.
     """
-    for part, made in parts.items():
+    for part, write_part in parts.items():
         begin, end = (mark.format(word, part) + "\n" for word in ("begin", "end"))
         if text.count(begin) != 1 or text.count(end) != 1 or text.index(begin) > text.index(end):
-            raise InputError(
-                f"{name}: part '{part}' is not marked, allowed: {begin.strip()}, then {end.strip()}"
-            )
+            problem = f"part '{part}' is not marked exactly once"
+            remedy = f"write {begin.strip()} and {end.strip()} around it"
+            raise InputError("", problem=problem, remedy=remedy, source=name)
         before, rest = text.split(begin)
-        text = f"{before}{begin}{made()}{end}{rest.split(end)[1]}"
+        text = f"{before}{begin}{write_part()}{end}{rest.split(end)[1]}"
     return text
 
 

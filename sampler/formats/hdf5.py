@@ -47,12 +47,12 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 #: What files of these suffixes are, if they are no HDF5 files.
 _OTHER_KINDS = {
-    ".toml": "is a configuration, not a table",
-    ".csv": "is a file of measurements, not a table",
+    ".toml": "this is a configuration, not a table",
+    ".csv": "this is a file of measurements, not a table",
 }
 
 
-def _shown(value: Any) -> str:
+def _value_text(value: Any) -> str:
     """Write a given value short and in one line."""
     return repr(shortened(value)) if isinstance(value, str) else shortened(repr(value))
 
@@ -63,10 +63,10 @@ def _check_attributes(given: Mapping[str, Any]) -> None:
         if name not in given:
             if name == OPTIONAL_ATTRIBUTE:
                 continue
-            raise TableError(f"{name}: is missing, allowed: {meaning}")
+            raise TableError(name, problem=f"the attribute is missing ({meaning})")
         # Not isinstance: True is an int, and would be written as another type.
         if type(given[name]) is not kind or not holds(given[name]):
-            raise TableError(f"{name}: got {_shown(given[name])}, allowed: {meaning}")
+            raise TableError(name, _value_text(given[name]), meaning)
 
 
 def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
@@ -76,11 +76,12 @@ def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
         ("channels", channels, CHANNELS),
     ):
         if not given or not set(given) <= set(known) or len(set(given)) < len(given):
-            got, allowed = _shown(" ".join(given)), f"some of {' '.join(known)}"
-            raise TableError(f"{name}: got {got}, allowed: {allowed}")
+            allowed = f"some of {' '.join(known)}, each once"
+            raise TableError(name, _value_text(" ".join(given)), allowed)
     missing = [name for name in channels_for(variables) if name not in channels]
     if missing:
-        raise TableError(f"channels: {' '.join(missing)} missing, allowed: all of the variables")
+        problem = f"the variables need {' '.join(missing)}, too"
+        raise TableError("channels", _value_text(" ".join(channels)), problem=problem)
 
 
 def _check_units(path: str, given: Any, known: str) -> None:
@@ -89,7 +90,7 @@ def _check_units(path: str, given: Any, known: str) -> None:
     They do not count in the checksum.
     """
     if given is not None and not (isinstance(given, str) and given == known):
-        raise TableError(f"{path}: units: got {_shown(given)}, allowed: {known!r}")
+        raise TableError("units", _value_text(given), repr(known), source=path)
 
 
 def _coerced(dataset: Dataset, values: Any) -> Array:
@@ -97,11 +98,11 @@ def _coerced(dataset: Dataset, values: Any) -> Array:
     target = np.dtype(dataset.dtype)
     array = np.asarray(values)
     if array.dtype.kind not in ("iu" if target.kind in "iu" else "f"):
-        raise TableError(f"{dataset.path}: got {array.dtype.name}, allowed: {target.name}")
+        raise TableError(dataset.path, array.dtype.name, target.name)
     if target.kind in "iu" and array.size:
         low, high = array.min(), array.max()
         if low < np.iinfo(target).min or high > np.iinfo(target).max:
-            raise TableError(f"{dataset.path}: got {low} to {high}, allowed: {target.name}")
+            raise TableError(dataset.path, f"{low} to {high}", target.name)
     with np.errstate(over="ignore"):  # an overflow becomes infinite, which is refused later
         return np.ascontiguousarray(array, dtype=target)
 
@@ -115,7 +116,7 @@ def _check_values(arrays: Mapping[str, Array]) -> None:
     for path, check in tests:
         problem = check.problem(arrays[path], arrays)
         if problem is not None:
-            raise TableError(f"{path}: {problem}")
+            raise problem.within(path)
 
 
 def _check_ranges(quantiles: Array, marginals: tuple[str, ...]) -> None:
@@ -126,10 +127,8 @@ def _check_ranges(quantiles: Array, marginals: tuple[str, ...]) -> None:
         refused = (part <= low) | (part >= high)
         if refused.any():
             where = tuple(int(n) for n in np.argwhere(refused)[0])
-            raise TableError(
-                f"marginals/quantiles: of {name}: got {part[where]:.9g} at {list(where)}, "
-                f"allowed: in ({low:g}, {high:g})"
-            )
+            given, allowed = f"{part[where]:.9g}", f"above {low:g}, below {high:g}"
+            raise TableError(f"of {name}", given, allowed, row=where, source="marginals/quantiles")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -174,13 +173,14 @@ class TableContents:
         known = [dataset.path for dataset in layout]
         for path in self.datasets:
             if path not in known:
-                raise TableError(f"{path}: is unknown, allowed: {', '.join(known)}")
+                problem = "the dataset is unknown"
+                raise TableError(path, problem=problem, allowed=", ".join(known))
         _check_names(self.variables, self.channels)
         shapes = {path: np.shape(values) for path, values in self.datasets.items()}
         lengths = check_shapes(shapes)
         for dim, (needed, why) in self._lengths().items():
             if lengths.get(dim, needed) != needed:
-                raise TableError(f"{dim}: got {lengths[dim]}, allowed: {needed}, {why}")
+                raise TableError(dim, str(lengths[dim]), f"{needed}, {why}")
         arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in layout}
         _check_values(arrays)
         if not self.of_spheres:
@@ -326,25 +326,28 @@ def read_table(path: str | Path) -> TableContents:
     try:
         source = check_input("table", path)
         if source.suffix == ".rbt":
-            raise TableError("got a binary table, for C and Fortran, allowed: a table in .h5")
+            problem = "this is a binary table, for C and Fortran"
+            raise TableError("", problem=problem, remedy="give the table in .h5")
         _check_kind(source)
         # Without a lock: tables are written whole, and locks cannot be had on some file systems.
         with h5py.File(source, "r", locking=False) as file:
             attributes = _read_attributes(file)
             datasets = _read_datasets(file)
     except TableError as error:
-        raise TableError(f"{path}: {error}") from None
+        raise error.within(path) from None
     except InputError as error:
-        raise TableError(str(error)) from None
+        raise TableError(error.argument, problem=error.problem) from None
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # h5py's
         if isinstance(error, OSError) and error.errno:
-            raise TableError(f"{path}: cannot be read: {os.strerror(error.errno)}") from error
+            problem = f"cannot be read: {os.strerror(error.errno)}"
+            raise TableError("", problem=problem, source=str(path)) from error
         reason = str(error).partition("\n")[0]
-        raise TableError(f"{path}: is a damaged HDF5 file ({reason})") from error
+        problem = f"is a damaged HDF5 file ({reason})"
+        raise TableError("", problem=problem, source=str(path)) from error
     try:
         return _contents_of(attributes, datasets)
     except TableError as error:
-        raise TableError(f"{path}: {error}") from None
+        raise error.within(path) from None
 
 
 def _check_kind(source: Path) -> None:
@@ -353,17 +356,18 @@ def _check_kind(source: Path) -> None:
         start = file.read(len(_SIGNATURE))
     if start == _SIGNATURE:
         return
-    kind = _OTHER_KINDS.get(source.suffix, "is no HDF5 file")
+    problem = _OTHER_KINDS.get(source.suffix, "this is no HDF5 file")
     if not start:
-        kind = "is empty"
-    raise TableError(f"{kind}, allowed: a table in .h5")
+        problem = "the file is empty"
+    raise TableError("", problem=problem, remedy="give a table in .h5")
 
 
 def _contents_of(attributes: Mapping[str, Any], datasets: Mapping[str, Array]) -> TableContents:
     """Check what was read from a file."""
     digest = content_sha256(datasets, attributes)
     if attributes.get("content_sha256") != digest:
-        raise TableError("content_sha256: the contents do not have this checksum")
+        problem = "the file has changed since it was written: its contents have another checksum"
+        raise TableError("content_sha256", problem=problem)
     known = {dataset.path for dataset in layout_of(datasets)}
     valid = attributes.get("valid_speed")
     contents = TableContents(
@@ -388,15 +392,15 @@ def _read_attributes(file: h5py.File) -> dict[str, Any]:
     """Read the root attributes, after format and version were found to be ours."""
     values = {name: _plain(value) for name, value in file.attrs.items()}
     if values.get("format") != FORMAT:
-        raise TableError(f'format: is not "{FORMAT}", so this is some other HDF5 file')
+        problem = f'this HDF5 file is no table: its format is not "{FORMAT}"'
+        raise TableError("format", problem=problem)
     version = values.get("format_version")
     if not (isinstance(version, list) and [type(v) for v in version] == [int, int]):
-        raise TableError(f"format_version: got {_shown(version)}, allowed: two integers")
+        raise TableError("format_version", _value_text(version), "two integers")
     if version[0] != FORMAT_VERSION[0]:
-        raise TableError(
-            f"format_version: got {version[0]}.{version[1]}, allowed: {FORMAT_VERSION[0]}.x; "
-            "make the table again: tablegen generate"
-        )
+        given, allowed = f"{version[0]}.{version[1]}", f"{FORMAT_VERSION[0]}.x"
+        remedy = "make the table again: tablegen generate"
+        raise TableError("format_version", given, allowed, remedy=remedy)
     _check_attributes(values)
     return values
 
@@ -420,7 +424,6 @@ def _read_datasets(file: h5py.File) -> dict[str, Array]:
         node, allowed = nodes[known.path], np.dtype(known.dtype)
         if node.dtype.str != known.dtype:
             order = "big-endian " if node.dtype.str[0] == ">" else ""
-            got = f"{order}{node.dtype.name}"
-            raise TableError(f"{known.path}: got {got}, allowed: {allowed.name}")
+            raise TableError(known.path, f"{order}{node.dtype.name}", allowed.name)
         _check_units(known.path, _plain(node.attrs.get("units")), known.units)
     return {path: node[()] for path, node in nodes.items()}

@@ -102,7 +102,7 @@ def table_image(contents: TableContents) -> Image:
             header[f"at_{array.name}"] = start = -(-end // ALIGNMENT) * ALIGNMENT
             end = start + stored[array.name].nbytes
     if end >= MOST_BYTES:
-        raise InputError(f"table: got {end} bytes, allowed: below {MOST_BYTES} in a binary table")
+        raise InputError("table", f"{end} bytes", f"below {MOST_BYTES} in a binary table")
     header["file_bytes"] = end
     image = aligned(end)
     image[: HEADER_DTYPE.itemsize] = np.frombuffer(header.tobytes(), np.uint8)

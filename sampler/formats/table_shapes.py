@@ -31,7 +31,7 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
     lengths: dict[str, int] = {}
     for dataset in layout_of(shapes):
         if dataset.path not in shapes:
-            raise TableError(f"{dataset.path}: is missing, allowed: every dataset of the format")
+            raise TableError(dataset.path, problem="the dataset is missing")
         shape = shapes[dataset.path]
         fits = len(shape) == len(dataset.dims)
         for dim, length in zip(dataset.dims, shape, strict=False):
@@ -40,14 +40,14 @@ def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
                 continue
             least, most = LENGTHS.get(dim, (0, length))
             if length < least:
-                raise TableError(f"{dataset.path}: got {dim} = {length}, allowed: {least} or more")
+                raise TableError(dataset.path, f"{dim} = {length}", f"{least} or more")
             if length > most:
-                raise TableError(f"{dataset.path}: got {dim} = {length}, allowed: at most {most}")
+                raise TableError(dataset.path, f"{dim} = {length}", f"at most {most}")
             if fits:
                 fits = lengths.setdefault(dim, length) == length
         if not fits:
             allowed = _shape_text(dataset.dims, lengths)
-            raise TableError(f"{dataset.path}: got shape {shape}, allowed: {allowed}")
+            raise TableError(dataset.path, f"shape {shape}", allowed)
     _check_entries(lengths)
     return lengths
 
@@ -71,6 +71,4 @@ def _check_entries(lengths: Mapping[str, int]) -> None:
         entries["spin/quantiles"] = leaves * outcomes * lengths["n_spin_knots"]
     for path, count in entries.items():
         if count >= _MOST_ENTRIES:
-            raise TableError(
-                f"{path}: got {count} entries in memory, allowed: below {_MOST_ENTRIES}"
-            )
+            raise TableError(path, f"{count} entries in memory", f"below {_MOST_ENTRIES}")

@@ -76,7 +76,7 @@ def pick_own_conditions(table: Table, count: int, seed: int) -> list[Place]:
 def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:
     """Refuse conditions that a table does not cover, or none at all, with an `InputError`."""
     if not places:
-        raise InputError("at: got no condition, allowed: one or more")
+        raise InputError("at", "no condition", "one or more")
     axes = [("alpha", table.alpha_nodes_deg, "degrees")]
     if not table.speed_independent:
         axes.append(("speed", table.speed_nodes, "m/s"))
@@ -84,8 +84,6 @@ def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:
         for value, (name, nodes, unit) in zip(place, axes, strict=False):
             low, high = nodes[[0, -1]]
             if not low <= value <= high:
-                raise InputError(
-                    f"{name}: got {value:.9g} {unit}, allowed: {low:g} to {high:g} {unit}, which "
-                    "the table covers"
-                )
+                allowed = f"{low:g} to {high:g} {unit}, which the table covers"
+                raise InputError(name, f"{value:.9g} {unit}", allowed)
     return [Place(float(p.alpha_deg), float(p.speed)) for p in places]

@@ -145,8 +145,8 @@ def validate(
     # read once, so that the checksum is that of the measured contents
     contents = read_table(find_table(name_or_path))
     if contents.of_spheres:
-        allowed = "one of nodes; `tablegen validate` compares spheres impact by impact"
-        raise InputError(f"{name_or_path}: got a table of spheres, allowed: {allowed}")
+        problem, remedy = "is a table of spheres, which is exact", "run: tablegen validate"
+        raise InputError("", problem=problem, remedy=remedy, source=str(name_or_path))
     config = stored_config(contents.config, f"{name_or_path}: config")
     _check_agreement(contents, config, str(name_or_path))
     how: dict[str, Any] = {"accuracy": accuracy, "at": at, "progress": progress}
@@ -212,6 +212,5 @@ def _check_agreement(contents: TableContents, config: Config, origin: str) -> No
         ("spin law", "one" if contents.has_spin else "none", "one" if config.spin else "none"),
     ):
         if got != allowed:
-            raise InputError(
-                f"{origin}: {field}: got {got}, allowed: {allowed}, as in the table's configuration"
-            )
+            allowed += ", as in the configuration of the table"
+            raise InputError(field, got, allowed, source=origin)

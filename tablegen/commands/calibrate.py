@@ -42,7 +42,7 @@ class _ManyNames(options.Command):
     ),
 )
 @click.argument("measured", type=shared.MEASURED, metavar="F.csv|NAME")
-@options.output("FITTED.toml", "Pair file to write.")
+@options.output("FITTED.toml", ".toml", help_text="Pair file to write.")
 @click.option(
     "--grains",
     metavar="NAME|FILE.toml",

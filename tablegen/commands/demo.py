@@ -31,7 +31,7 @@ _CONDITIONS, _MEASURED = 6, 2
 )
 @click.option(
     "--output",
-    type=options.OUTPUT,
+    type=options.OutputFile(".h5"),
     default="demo.h5",
     show_default=True,
     metavar="T.h5",

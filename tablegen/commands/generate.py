@@ -44,7 +44,7 @@ def resumable(output: Path) -> Iterator[None]:
     ),
 )
 @click.argument("config", type=CONFIG, metavar="CONFIG.toml")
-@options.output("T.h5", "Table to write.")
+@options.output("T.h5", ".h5", help_text="Table to write.")
 @options.overwrite
 @click.option("--resume", is_flag=True, help="Use the finished pieces of an interrupted run.")
 @click.option("--discard", is_flag=True, help="Remove the finished pieces of an interrupted run.")

@@ -45,11 +45,12 @@ def inspect(table: str, as_json: bool, config: bool) -> int:
     from sampler.formats.hdf5 import read_table
 
     if as_json and config:
-        raise click.UsageError("--json: got it with --config, allowed: one of them")
+        raise InputError("--json", problem="is given with --config", remedy="give one of them")
     if str(table).endswith(".toml"):
         if as_json or config:
             option = "--json" if as_json else "--config"
-            raise click.UsageError(f"{option}: got it with a configuration, allowed: a table")
+            problem = "needs a table, and this is a configuration"
+            raise InputError(option, problem=problem)
         from tablegen.config.config import load_config
         from tablegen.config.law_text import law_text
 

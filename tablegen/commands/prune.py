@@ -15,14 +15,16 @@ if TYPE_CHECKING:
     from tablegen.config.config import Config
 
 
-def _names(ctx: click.Context, param: click.Parameter, value: str | None) -> list[str] | None:
+def _names(
+    _context: click.Context, _option: click.Parameter, value: str | None
+) -> list[str] | None:
     """Parse names of variables with commas between them."""
     if value is None:
         return None
     names = [name.strip() for name in value.split(",")]
     if len(set(names)) < len(names) or not set(names) <= set(VARIABLES):
         allowed = f"some of {','.join(VARIABLES)}, each once"
-        raise click.BadParameter(f"got {value!r}, allowed: {allowed}", ctx, param)
+        raise InputError("--components", repr(value), allowed)
     return names
 
 
@@ -54,7 +56,7 @@ def _names(ctx: click.Context, param: click.Parameter, value: str | None) -> lis
     metavar="NAME,NAME,...",
     help=f"Keep these of {', '.join(VARIABLES)}.",
 )
-@options.output("S.h5")
+@options.output("S.h5", ".h5")
 @options.overwrite
 def prune(
     table: str,
@@ -76,9 +78,8 @@ def prune(
     from tablegen.tables.prune import prune as prune_table
 
     if scene is None and dimension is None and variables is None:
-        raise InputError(
-            "Missing option '--scene', '--dimension' or '--variables', allowed: one or more"
-        )
+        problem = "nothing says what to keep"
+        raise InputError("", problem=problem, remedy="give --scene, --dimension or --variables")
     source = find_table(table)
     whole = read_table(source)
     config = stored_config(whole.config, "config of the table")

@@ -76,5 +76,6 @@ def _check_picture(_context: click.Context, _option: click.Parameter, path: Path
     if path is not None:
         require_matplotlib("--picture")
         if path.suffix.lower() not in KINDS:
-            raise InputError(f"--picture: got {path}, allowed: a name in {', '.join(KINDS)}")
+            allowed = f"a name that ends in {' or '.join(KINDS)}"
+            raise InputError("--picture", str(path), allowed)
     return path

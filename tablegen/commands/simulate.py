@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 @click.option("--speed", required=True, type=shared.SPEED, metavar="M_S", help="Impact speed.")
 @click.option("--count", required=True, type=options.COUNT, metavar="N", help="Particles.")
 @click.option("--seed", required=True, type=options.SEED, metavar="S", help="Random seed.")
-@options.output("F.npz", "Write every rebound.")
+@options.output("F.npz", ".npz", help_text="Write every rebound.")
 @options.overwrite
 @click.option("--aspect", type=shared.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b.")
 @click.option(
@@ -126,10 +126,11 @@ def _chosen_particles(
         population = population if shape is None else population.restricted_to(shape)
         return population if aspect is None else population.with_aspect(*aspect)
     if particle is None or shape is not None:
-        given = "missing" if shape is None else "got both"
-        raise InputError(f"'--shape' or '--particle': {given}, allowed: one of them")
+        problem = "is missing" if shape is None else "is given with --particle"
+        raise InputError("--shape", problem=problem, remedy="give either --shape or --particle")
     if aspect is not None:
-        raise InputError(f"aspect: got {list(aspect)} with --particle, allowed with --shape only")
+        problem = "is given with --particle, whose mesh has its own ratios"
+        raise InputError("--aspect", problem=problem, remedy="leave it out")
     mesh = read_mesh(particle)
     if not mesh.is_convex:
         size = f", of {1.0 / mesh.solidity:.4g} times its volume," if mesh.solidity else ""

@@ -86,7 +86,8 @@ def validate(
     contents = read_table(find_table(table))
     if contents.of_spheres:
         if settings.get("accuracy") or at or store or json_file or html_file or details:
-            raise InputError("options: got more, allowed: --seed, for a table of spheres is exact")
+            problem, remedy = "a table of spheres is exact", "of all options, only --seed applies"
+            raise InputError("", problem=problem, remedy=remedy, source=table)
         return print_spheres(contents, settings["seed"])
     if store:
         check_store(table, at is not None)
@@ -107,10 +108,8 @@ def _conditions(alpha: Sequence[float], speed: Sequence[float]) -> list[Any] | N
         return None
     count = max(len(alpha), len(speed))
     if {len(alpha), len(speed)} - {1, count} or not alpha or not speed:
-        raise InputError(
-            f"--alpha and --speed: got {len(alpha)} and {len(speed)}, allowed: as many of both, "
-            "or one of either"
-        )
+        given, allowed = f"{len(alpha)} and {len(speed)}", "as many of both, or one of either"
+        raise InputError("--alpha and --speed", given, allowed)
     columns = [list(c) * (count // len(c)) for c in (alpha, speed)]
     return list(zip(*columns, strict=True))
 

@@ -21,6 +21,6 @@ def require_generator() -> None:
     """Raise ImportError, with the command that helps, if a package of the generator is missing."""
     if missing := [name for name in GENERATOR if find_spec(name) is None]:
         raise ImportError(
-            "the generator is not installed, allowed after: pip install 'rebound-tables[generate]'",
+            "the generator is not installed; run: pip install 'rebound-tables[generate]'",
             name=missing[0],
         )

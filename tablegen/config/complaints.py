@@ -1,15 +1,35 @@
-"""The one line for each mistake in a configuration: field, what was given, what is allowed."""
+"""The mistakes in a configuration: field, what was given, what is allowed."""
 
-import re
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from sampler.errors import shortened
+from sampler.errors import InputError, shortened
 
-#: Text that pydantic writes around the allowed values.
-_AROUND = re.compile(r"^(Input|Tuple) should (be|have) |^Value error, | after validation.*")
+#: What is allowed, by the type of pydantic's error, whose context fills the places.
+_ALLOWED = {
+    "greater_than": "above {gt:g}",
+    "greater_than_equal": "{ge:g} or more",
+    "less_than": "below {lt:g}",
+    "less_than_equal": "at most {le:g}",
+    "finite_number": "a finite number",
+    "float_type": "a number",
+    "int_type": "an integer",
+    "int_from_float": "an integer",
+    "bool_type": "true or false",
+    "string_type": "a text",
+    "literal_error": "{expected}",
+    "too_short": "at least {min_length} items",
+    "too_long": "at most {max_length} items",
+    "tuple_type": "a list, [ ... ]",
+    "list_type": "a list, [ ... ]",
+    "dict_type": "a table, [...]",
+    "model_type": "a table, [...]",
+    "model_attributes_type": "a table, [...]",
+    "value_error": "{error}",
+    "missing": "a value",
+}
 
 #: Error type of `refusal`.
 _REFUSED = "refused"
@@ -29,14 +49,19 @@ def refusal(field: str, given: object, allowed: str) -> PydanticCustomError:
     return PydanticCustomError(_REFUSED, "{allowed}", context)
 
 
-def complaint(error: ValidationError, record: type[BaseModel]) -> str:
-    """Name the mistakes that the validation of a record found, on one line.
+def complaint(error: ValidationError, record: type[BaseModel], prefix: str = "") -> InputError:
+    """Make one error of all mistakes that the validation of a record found.
 
-    Unknown fields come first: a misspelt field is also a missing one.
+    Unknown fields come first: a misspelt field is also a missing one. `prefix` begins the name of
+    each field.
     """
     problems = error.errors(include_url=False)
     problems.sort(key=lambda problem: problem["type"] != "extra_forbidden")
-    return "; ".join(dict(_described(problem, record) for problem in problems).values())
+    mistakes = {each.argument: each for each in (_mistake(one, record) for one in problems)}
+    first, *further = (
+        each.replaced(argument=f"{prefix}{each.argument}") for each in mistakes.values()
+    )
+    return first.replaced(further=tuple(further))
 
 
 def shown(value: object) -> str:
@@ -52,13 +77,12 @@ def shown(value: object) -> str:
     return shortened(repr(value))
 
 
-def _described(problem: ErrorDetails, record: type[BaseModel]) -> tuple[str, str]:
-    """Return the path of a field, and the text about it."""
+def _mistake(problem: ErrorDetails, record: type[BaseModel]) -> InputError:
+    """Make the error of one mistake."""
     kind, given, context = problem["type"], problem["input"], problem.get("ctx", {})
-    allowed = _AROUND.sub("", problem["msg"])
     path, around, inside = _place(problem["loc"], record)
     if kind == "extra_forbidden":
-        return path, f"{path}: unknown field, allowed here: {', '.join(_fields(around))}"
+        return InputError(path, problem="unknown field", allowed=", ".join(_fields(around)))
     if kind == _REFUSED:
         path = ".".join(part for part in (path, context["field"]) if part)
         given, allowed = context["given"], context["allowed"]
@@ -66,15 +90,13 @@ def _described(problem: ErrorDetails, record: type[BaseModel]) -> tuple[str, str
         key = context["discriminator"].strip("'")
         path, given = f"{path}.{key}", given.get(key, MISSING)
         allowed = ", ".join(repr(tag) for member in inside for tag in _tags(member))
-    elif kind in ("tuple_type", "list_type"):
-        allowed = "a list, [ ... ]"
-    elif kind == "missing":
-        given, allowed = MISSING, "a value"
-    if given is MISSING:
-        return path, f"{path}: missing, allowed: {allowed}"
+    else:
+        allowed = _ALLOWED[kind].format(**context) if kind in _ALLOWED else problem["msg"]
+    if kind == "missing" or given is MISSING:
+        return InputError(path, problem="is missing", allowed=allowed)
     # The point in 1.0 is what is wrong where an integer belongs.
-    got = repr(given) if kind.startswith("int_") and isinstance(given, float) else shown(given)
-    return path, f"{path}: got {got}, allowed: {allowed}"
+    text = repr(given) if kind.startswith("int_") and isinstance(given, float) else shown(given)
+    return InputError(path, text, allowed)
 
 
 def _place(

@@ -329,7 +329,7 @@ def load_population(name_or_path: str | Path) -> Tree:
         path = find_config(name_or_path)
     except InputError as error:
         names = f"{', '.join(GRAINS)}, a shipped pair, or the path of a .toml file"
-        raise InputError(f"grains: got {shown(str(name_or_path))}, allowed: {names}") from error
+        raise InputError("grains", shown(str(name_or_path)), names) from error
     tree = _written_out(parse_toml(read_text(path), path.name), path.name, path.parent)
     if isinstance(tree.get("pair"), str):
         return load_config(path).population.model_dump(
@@ -338,7 +338,7 @@ def load_population(name_or_path: str | Path) -> Tree:
     try:
         population = Population.from_tree(tree.get("population", {}))
     except ValidationError as error:
-        raise InputError(f"{path.name}: population.{complaint(error, Population)}") from error
+        raise complaint(error, Population, "population.").within(path.name) from error
     return population.model_dump(mode="json", by_alias=True, exclude_none=True)
 
 
@@ -395,7 +395,7 @@ def stored_config(text: str, origin: str) -> Config:
     tree = parse_toml(text, origin)
     if isinstance(tree.get("pair"), str):
         allowed = "the laws of the pair themselves, in the configuration of a table"
-        raise InputError(f"{origin}: pair: got {shown(tree['pair'])}, allowed: {allowed}")
+        raise InputError("pair", shown(tree["pair"]), allowed, source=origin)
     return _checked(tree, origin, text)
 
 
@@ -418,7 +418,7 @@ def read_text(path: Path) -> str:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         position = f"byte {error.object[error.start]:#04x} at position {error.start}"
-        raise InputError(f"{path.name}: got {position}, allowed: UTF-8 text") from error
+        raise InputError("", position, "UTF-8 text", source=path.name) from error
 
 
 def _pair_of_scene(reference: str, origin: str, directory: Path) -> Config:
@@ -427,12 +427,11 @@ def _pair_of_scene(reference: str, origin: str, directory: Path) -> Config:
     try:
         path = find_file("pair", directory / reference if is_path else reference, ".toml")
     except InputError as error:
-        raise InputError(f"{origin}: {error}") from error
+        raise error.within(origin) from None
     text = read_text(path)
     if isinstance(parse_toml(text, path.name).get("pair"), str):
-        raise InputError(
-            f"{origin}: pair: got '{reference}', which is a scene itself, allowed: a pair file"
-        )
+        allowed = "a pair file"
+        raise InputError("pair", f"'{reference}', a scene itself", allowed, source=origin)
     return parse_config(text, path.name, path.parent)
 
 
@@ -440,7 +439,7 @@ def _written_out(tree: Tree, origin: str, directory: Path) -> Tree:
     """Write out a named population, and the vertices of every mesh file that a tree names."""
     population = tree.get("population")
     if isinstance(population, str):
-        return {**tree, "population": named_population(population, f"{origin}: population")}
+        return {**tree, "population": named_population(population, origin)}
     meshes = population.get("meshes") if isinstance(population, dict) else None
     if not isinstance(population, dict) or not isinstance(meshes, list | tuple):
         return dict(tree)
@@ -450,8 +449,8 @@ def _written_out(tree: Tree, origin: str, directory: Path) -> Tree:
             try:
                 read = read_mesh(directory / mesh["file"])
             except InputError as error:
-                reason = str(error).removeprefix("particle: ")
-                raise InputError(f"{origin}: population.meshes[{i}].file: {reason}") from error
+                field = f"population.meshes[{i}].file"
+                raise error.replaced(argument=field, source=origin) from None
             vertices = [list(row) for row in read.vertices]
             whole.append({**mesh, "file": read.name, "vertices": vertices})
         else:
@@ -472,7 +471,7 @@ def _checked(tree: Tree, origin: str, text: str | None = None) -> Config:
     try:
         config = Config.from_tree(_with_preset(tree))
     except ValidationError as error:
-        raise InputError(f"{origin}: {complaint(error, Config)}") from error
+        raise complaint(error, Config).within(origin) from error
     if text is not None:
         config._text = text
     return config

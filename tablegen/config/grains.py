@@ -24,11 +24,11 @@ _GRAINS: dict[str, tuple[dict[str, float], float, float]] = {
 GRAINS = tuple(_GRAINS)
 
 
-def named_population(name: str, field: str = "population") -> Tree:
-    """Write out a named population; ``field`` is where the name was given, for an error."""
+def named_population(name: str, origin: str = "") -> Tree:
+    """Write out a named population; `origin` is the file that names it, for an error."""
     if name not in _GRAINS:
         allowed = f"{', '.join(GRAINS)}, or a table [population]"
-        raise InputError(f"{field}: got {shown(name)}, allowed: {allowed}")
+        raise InputError("population", shown(name), allowed, source=origin)
     weights, mean, deviation = _GRAINS[name]
     aspect: Tree = {"distribution": "truncated-normal", "mean": mean}
     aspect |= {"standard_deviation": deviation, "range": [0.5, 1.0]}

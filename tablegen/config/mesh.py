@@ -99,11 +99,12 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     path = Path(path)
     points, faces = _triangles(path)
     if len(faces) == 0:
-        raise _refused(path, "which has no faces", "a surface")
+        raise _refused(path, "which has no faces", "the mesh of a surface")
     if problem := _size_problem(points):
         raise _refused(path, f"with {problem}", _SIZES)
     if path.suffix.lower() == ".stl" and (problem := _lost_digits(points)):
-        raise _refused(path, problem, "a mesh near the origin: move it before it is written as STL")
+        remedy = "move it to the origin before you write it as STL"
+        raise InputError("particle", str(path), problem=problem, remedy=remedy)
     try:
         corners = points[true_vertices(points)]
     except FlatError as error:
@@ -138,14 +139,14 @@ def mesh_particle(vertices: ArrayLike) -> MeshParticle:
     points = np.asarray(vertices, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not 4 <= len(points) <= MOST_VERTICES:
         allowed = f"4 to {MOST_VERTICES} rows of three numbers"
-        raise InputError(f"vertices: got shape {points.shape}, allowed: {allowed}")
+        raise InputError("vertices", f"shape {points.shape}", allowed)
     if problem := _size_problem(points):
-        raise InputError(f"vertices: got {problem}, allowed: {_SIZES}")
+        raise InputError("vertices", problem, _SIZES)
     try:
         points = points[true_vertices(points)]
     except FlatError as error:
         allowed = "points that span a volume"
-        raise InputError(f"vertices: got points that lie in a plane, allowed: {allowed}") from error
+        raise InputError("vertices", "points that lie in a plane", allowed) from error
     # at the origin and of unit size, so that no digits are lost
     return _in_principal_axes((points - points.mean(axis=0)) / np.ptp(points, axis=0).max())
 
@@ -220,6 +221,6 @@ def _enclosed_volume(points: FloatArray, faces: NDArray[np.int64]) -> float | No
     return float(abs(np.linalg.det(surface.triangles).sum()) / 6.0)
 
 
-def _refused(path: Path, given: str, allowed: str) -> InputError:
+def _refused(path: Path, problem: str, allowed: str) -> InputError:
     """Make the error for a file that cannot be used."""
-    return InputError(f"particle: got {path}{', ' if given else ''}{given}, allowed: {allowed}")
+    return InputError("particle", str(path), allowed, problem=problem)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, field_validator, model_validator
 
-from sampler.errors import refuse
+from sampler.errors import InputError
 from sampler.formats import bounds
 from tablegen.config.complaints import refusal, shown
 from tablegen.config.field_types import Increasing, Line, Name, Positive, Record, SpeedRange, Text
@@ -350,7 +350,7 @@ class MaterialPair(Record):
         given = getattr(self.resistance, "tangential_restitution", None)
         if given is not None and not only_spheres:
             allowed = "in a population of spheres alone; other particles go without"
-            refuse("pair.resistance.tangential_restitution", shown(given), allowed)
+            raise InputError("pair.resistance.tangential_restitution", shown(given), allowed)
         unused = dict.fromkeys(("coefficient", "exponent", "strength", "factor"), 0.0)
         entries: dict[str, Any] = {**unused, "numbers": np.zeros(0), "resistances": np.zeros(0)}
         entries |= kernel_entries(self.restitution) | kernel_entries(self.resistance)

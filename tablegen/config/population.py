@@ -213,12 +213,13 @@ class Population(Record):
         if shape == MIXTURE:
             weights = {name: w for name, w in self.shapes.positive().items() if name != "sphere"}
             if not weights and not self._weighty_meshes():
-                raise InputError("shape: got 'mixture', allowed: sphere (the population has only)")
+                allowed = "'sphere', the only shape of the population"
+                raise InputError("shape", f"'{MIXTURE}'", allowed)
         elif shape in SHAPE_NAMES:
             weights = {shape: 1.0}
         else:
             names = ", ".join((*SHAPE_NAMES, MIXTURE))
-            raise InputError(f"shape: got {shown(shape)}, allowed: {names}")
+            raise InputError("shape", shown(shape), names)
         changes = {
             "shapes": ShapeWeights.model_validate(weights),
             "aspect": _ROUND if shape == "sphere" else self.aspect,
@@ -252,9 +253,9 @@ class Population(Record):
             aspect = FixedAspect(distribution="fixed", values=(ba, cb))
         except ValidationError as error:
             allowed = f"two ratios b/a and c/b, each {ASPECT.words}"
-            raise InputError(f"aspect: got {shown((ba, cb))}, allowed: {allowed}") from error
+            raise InputError("aspect", shown((ba, cb)), allowed) from error
         if self.only_spheres and aspect.values != (1.0, 1.0):
-            raise InputError(f"aspect: got {shown((ba, cb))}, allowed for spheres: [1, 1]")
+            raise InputError("aspect", shown((ba, cb)), "[1, 1], of spheres")
         return self.model_copy(update={"aspect": aspect})
 
     def kernel_arguments(self) -> PopulationArguments:
@@ -264,8 +265,11 @@ class Population(Record):
         """
         if self.lacks_aspect:
             shapes = ", ".join(name for name in self.shapes.positive() if name != "sphere")
-            allowed = "[population.aspect], or fixed ratios"
-            raise InputError(f"aspect: missing for {shapes}, allowed: {allowed}")
+            problem, remedy = (
+                f"is missing for {shapes}",
+                "give [population.aspect], or fixed ratios",
+            )
+            raise InputError("aspect", problem=problem, remedy=remedy)
         weights, meshes = self.shapes.positive(), self._weighty_meshes()
         shares = np.cumsum([*weights.values(), *(mesh.weight for mesh in meshes)])
         codes = [

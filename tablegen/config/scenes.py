@@ -27,9 +27,10 @@ def parse_toml(text: str, origin: str) -> Tree:
         deepcopy(tree)  # tables nested too deeply raise their RecursionError here, and not later
         return tree
     except (ValueError, RecursionError) as error:
+        # the standard library says in its text alone where the mistake is
         lines, number = text.splitlines(), re.search(r"at line (\d+)", str(error))
-        words = f", {shortened(lines[int(number[1]) - 1].strip())}" if number else ""
-        raise InputError(f"{origin}: not valid TOML: {error}{words}") from error
+        line = f", {shortened(lines[int(number[1]) - 1].strip())}" if number else ""
+        raise InputError("", problem=f"not valid TOML: {error}{line}", source=origin) from error
 
 
 def merged(base: Tree, changes: Tree) -> Tree:

@@ -79,7 +79,7 @@ def asked_accuracy(declared: _Targets, text: str | None) -> _Targets:
     try:
         return record.model_validate({**declared.model_dump(), **limits})
     except ValidationError as error:
-        raise InputError(f"accuracy: {prefix}{complaint(error, record)}") from error
+        raise complaint(error, record, prefix).within("accuracy") from error
 
 
 def _parsed(text: str) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -100,8 +100,9 @@ def _parsed(text: str) -> tuple[dict[str, Any], dict[str, Any]]:
             else:
                 raise ValueError(name)
     except ValueError:
-        raise InputError(
-            f"accuracy: got {text!r}, allowed: {', '.join(PRESETS)}, or limits such as "
-            f"ks=0.01,auc=0.56 (of {', '.join(METRICS)}), or both"
-        ) from None
+        allowed = (
+            f"{', '.join(PRESETS)}, or limits such as ks=0.01,auc=0.56 (of {', '.join(METRICS)}), "
+            "or both"
+        )
+        raise InputError("accuracy", repr(text), allowed) from None
     return limits, spin

@@ -149,8 +149,11 @@ def load_whole(name_or_path: str) -> Table:
     table = sampler.load(name_or_path)
     if table.columns != STATE:
         raise InputError(
-            f"{name_or_path}: got variables {', '.join(table.columns)}, "
-            f"allowed: {', '.join(STATE)} ('tablegen validate' judges any table)"
+            "",
+            f"variables {', '.join(table.columns)}",
+            ", ".join(STATE),
+            remedy="'tablegen validate' judges any table",
+            source=str(name_or_path),
         )
     return table
 
@@ -178,12 +181,10 @@ def other_table(name_or_path: str, table: Table) -> SamplingMethod:
     """
     other = load_whole(name_or_path)
     if other.pair != table.pair:
-        raise InputError(f"{name_or_path}: got pair {other.pair}, allowed: {table.pair}")
+        raise InputError("pair", other.pair, table.pair, source=str(name_or_path))
     for name in ("alpha_range", "speed_range"):
         (low, high), (first, last) = getattr(table, name), getattr(other, name)
         if first > low or last < high:
-            raise InputError(
-                f"{name_or_path}: got {name} {first:g} to {last:g}, allowed: {low:g} to {high:g} "
-                "or more (radians, m/s)"
-            )
+            given, allowed = f"{first:g} to {last:g}", f"{low:g} to {high:g} or more (radians, m/s)"
+            raise InputError(name, given, allowed, source=str(name_or_path))
     return table_method(name_or_path)

@@ -215,10 +215,8 @@ def run_study(
     """
     numerics = config.model
     if numerics.tolerance < 2e-14:
-        raise InputError(
-            f"model.tolerance: got {numerics.tolerance:g}, allowed in a stability study: "
-            "2e-14 to 1e-4, because it is halved"
-        )
+        allowed = "2e-14 to 1e-4 in a stability study, which halves it"
+        raise InputError("model.tolerance", f"{numerics.tolerance:g}", allowed)
     # a random order mixes cheap and expensive cases, for an even progress
     order = np.random.default_rng(0).permutation(len(cases)).tolist()
 

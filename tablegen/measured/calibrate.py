@@ -86,12 +86,18 @@ def calibrate(
     check_run(1, seed, 0, threads)
     data = measured if isinstance(measured, Measurements) else read_measurements(measured)
     if len(data.alpha_deg) > _MOST_ROWS:
-        words = f"up to {_MOST_ROWS}: averages over ranges of angle and speed"
-        raise InputError(f"{data.name}: got {len(data.alpha_deg)} rows to fit, allowed: {words}")
+        raise InputError(
+            "",
+            f"{len(data.alpha_deg)} rows to fit",
+            f"up to {_MOST_ROWS}",
+            remedy="average over ranges of angle and speed",
+            source=data.name,
+        )
     targets = make_targets(data)
     _check_rows(data, targets, start, speed)
     if free and start is None:
-        raise InputError("free: got fields of no pair, allowed: with --pair START.toml")
+        remedy = "give the pair that has these fields, --pair START.toml"
+        raise InputError("free", problem="is given without a pair", remedy=remedy)
     path = check_output(output) if output is not None else None
     name = _pair_name(path) if path else "fitted"
     starts = _starts(data, grains, start)
@@ -122,15 +128,18 @@ def _check_rows(
     followed = {target.quantity for target in targets}
     if start is None and not any(pair <= followed for pair in _BOTH_LAWS):
         got = " and ".join(sorted(followed))
-        words = "e_n and e_t, or two of e_n, e_t, rebound_angle_deg and omega_z that decide both "
-        words += "laws; or --pair START.toml with --free and the fields of one law"
-        raise InputError(f"{data.name}: got {got} alone, allowed: {words}")
+        allowed = "e_n and e_t, or two of e_n, e_t, rebound_angle_deg and omega_z that decide both "
+        allowed += "laws"
+        remedy = "or fit the fields of one law, with --pair START.toml and --free"
+        raise InputError("", f"{got} alone", allowed, remedy=remedy, source=data.name)
     unstated = np.isnan(data.speed)
     if speed is None and unstated.any() and not unstated.all():
         angles = ", ".join(f"{a:g}" for a in np.unique(data.alpha_deg[unstated])[:_NAMED])
         raise InputError(
-            f"{data.name}: got {unstated.sum()} of {unstated.size} rows without a speed, at "
-            f"{angles} degrees, allowed: a speed in all rows or in none, or --speed for those"
+            "speed",
+            problem=f"is missing in {unstated.sum()} of {unstated.size} rows, at {angles} degrees",
+            remedy="give a speed in all rows or in none, or --speed for these rows",
+            source=data.name,
         )
 
 

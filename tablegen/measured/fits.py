@@ -59,8 +59,8 @@ def make_targets(data: Measurements) -> list[Target]:
                 targets.append(Target(row, name, mean, tolerance))
     if not targets:
         names = ", ".join(name for name in QUANTITIES if name != _OUT)
-        words = f"a mean of {names} (e_t: below {_STEEP:g} degrees)"
-        raise InputError(f"{data.name}: got no mean to follow, allowed: {words}")
+        remedy = f"give a mean of {names} (e_t: below {_STEEP:g} degrees)"
+        raise InputError("", problem="has no mean to fit", remedy=remedy, source=data.name)
     return targets
 
 

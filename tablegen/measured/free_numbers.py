@@ -98,9 +98,9 @@ def chosen_names(config: Config, free: Sequence[str]) -> tuple[str, ...]:
     allowed, plain = allowed_ranges(config), [name.removeprefix("+") for name in free]
     for name in plain:
         if name not in allowed:
-            raise InputError(f"free: got {shown(name)}, allowed: {', '.join(allowed)}")
+            raise InputError("free", shown(name), ", ".join(allowed))
     if len(set(plain)) < len(plain):
-        raise InputError(f"free: got {shown(plain)}, allowed: each name once")
+        raise InputError("free", shown(plain), "each name once")
     added = all(name.startswith("+") for name in free)
     return tuple(name for name in allowed if added or name in plain)
 
@@ -143,7 +143,7 @@ def _field(config: Config, name: str, allowed: Range) -> _Field:
     inside = (given >= allowed.low) & (given <= allowed.high)
     if name != _POLYNOMIAL and not inside.all():
         got, words = shown(float(given[~inside][0])), f"{allowed.low:g} to {allowed.high:g}"
-        raise InputError(f"{name}: got {got} to start from, allowed: {words}")
+        raise InputError(name, f"{got} to start from", words)
     values: Callable[[FloatArray], FloatArray] = np.asarray
     start, ends, k = given.ravel(), np.array([allowed.low, allowed.high]), given.size
     if allowed.logarithmic:

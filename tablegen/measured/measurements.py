@@ -128,7 +128,8 @@ def impact_speeds(
     unstated = np.isnan(measured.speed)
     if speed is None and unstated.any() and pair.restitution.depends_on_speed:
         raise InputError(
-            f"speed: missing for {unstated.sum()} of {unstated.size} rows of {measured.name}, "
-            "allowed: the speed of those rows in m/s, because the restitution depends on it"
+            "speed",
+            problem=f"is missing for {unstated.sum()} of {unstated.size} rows of {measured.name}",
+            remedy="give the speed of these rows in m/s, because the restitution depends on it",
         )
     return np.where(unstated, ANY_SPEED if speed is None else speed, measured.speed)

@@ -55,10 +55,12 @@ class _Line(NamedTuple):
         """Give the cell of a column; empty if there is none."""
         return dict(zip(self.columns, self.cells, strict=True)).get(column, "")
 
-    def refusal(self, got: str, allowed: str, column: str = "") -> InputError:
+    def refusal(
+        self, given: str | None, allowed: str, column: str = "", problem: str = ""
+    ) -> InputError:
         """Make the error of a line, or of one cell."""
-        place = f"{self.file}: line {self.number}" + (f", {column}" if column else "")
-        return InputError(f"{place}: {got}, allowed: {allowed}")
+        place = f"line {self.number}" + (f", {column}" if column else "")
+        return InputError(place, given, allowed, problem=problem, source=self.file)
 
 
 class _Range(NamedTuple):
@@ -90,12 +92,13 @@ def parse_measurements(text: str, name: str, file: str) -> Measurements:
     """Read measured rebounds from the text of a file, whose name is for error messages."""
     lines = _lines(text, file)
     if not lines:
-        raise InputError(f"{file}: got no line but comments, allowed: a line of column names")
+        problem, remedy = "has no line but comments", "begin with a line of column names"
+        raise InputError("", problem=problem, remedy=remedy, source=file)
     lines = _without_empty_ends(lines)
     _check_columns(lines[0])
     rows = [line._replace(columns=lines[0].cells) for line in lines[1:]]
     if not 0 < len(rows) <= _MOST_ROWS:
-        raise InputError(f"{file}: got {len(rows)} rows, allowed: 1 to {_MOST_ROWS}")
+        raise InputError("", f"{len(rows)} rows", f"1 to {_MOST_ROWS}", source=file)
     numbers = [_numbers_of_row(row) for row in rows]
     _check_degrees(rows, numbers)
     _check_unique(rows, numbers)
@@ -126,7 +129,7 @@ def _lines(text: str, file: str) -> list[_Line]:
             cells = next(csv.reader(rest, strict=True, skipinitialspace=True))
         except csv.Error as error:
             allowed = "cells with commas between them, quoted if they hold one"
-            raise _Line(file, number, ()).refusal(f"got {error}", allowed) from None
+            raise _Line(file, number, ()).refusal(str(error), allowed) from None
         cells_of.append(_Line(file, number, [" ".join(cell.split()) for cell in cells]))
     return cells_of
 
@@ -149,43 +152,46 @@ def _check_columns(header: _Line) -> None:
     names, one_of = header.cells, f"one of {', '.join(QUANTITIES)} at least"
     for separator, words in _OTHER_SEPARATORS.items():
         if len(names) == 1 and separator in names[0]:
-            raise header.refusal(f"got {words} between columns", "commas")
+            raise header.refusal(f"{words} between columns", "commas")
     for k, column in enumerate(names):
         if column not in COLUMNS:
-            raise header.refusal(f"got column {shown(column)}", ", ".join(COLUMNS))
+            raise header.refusal(f"column {shown(column)}", ", ".join(COLUMNS))
         if column in names[:k]:
-            raise header.refusal(f"got column {shown(column)} twice", "once")
+            raise header.refusal(f"column {shown(column)} twice", "once")
     for column in REQUIRED:
         if column not in names:
-            allowed = f"{', '.join(REQUIRED)} and {one_of}"
-            raise header.refusal(f"column {shown(column)} is missing", allowed)
+            allowed, problem = (
+                f"{', '.join(REQUIRED)} and {one_of}",
+                f"column {shown(column)} is missing",
+            )
+            raise header.refusal(None, allowed, problem=problem)
     if not set(QUANTITIES) & set(names):
-        raise header.refusal("got no measured quantity", one_of)
+        raise header.refusal("no measured quantity", one_of)
 
 
 def _numbers_of_row(row: _Line) -> dict[str, float]:
     """Read and check the numbers of a row; NaN for an empty cell."""
     if len(row.cells) != len(row.columns):
-        raise row.refusal(f"got {len(row.cells)} cells", str(len(row.columns)))
+        raise row.refusal(f"{len(row.cells)} cells", str(len(row.columns)))
     for column in REQUIRED:
         if not row.cell(column):
-            raise row.refusal("got an empty cell", "a value in every row", column)
+            raise row.refusal("an empty cell", "a value in every row", column)
     values = {column: _number(row, column) for column in NUMBERS}
     for column, value in values.items():
         if math.isnan(value):
             continue
-        got, quantity = f"got {row.cell(column)}", column.removesuffix(SPREAD)
+        given, quantity = row.cell(column), column.removesuffix(SPREAD)
         if quantity == "e_t" and values["alpha_deg"] == 90.0:
-            raise row.refusal(got, "an empty cell at 90 degrees", column)
+            raise row.refusal(given, "an empty cell at 90 degrees", column)
         allowed = _range(column, values["alpha_deg"])
         if not allowed.low <= value <= allowed.high or (column == "count" and value % 1.0):
             words = f"{allowed.low:.4g} to {allowed.high:.4g} ({allowed.hint})"
-            raise row.refusal(got, words, column)
+            raise row.refusal(given, words, column)
         if math.isnan(values.get(quantity, 0.0)):
-            raise row.refusal(got, f"a spread beside its mean, {quantity}", column)
+            raise row.refusal(given, f"a spread beside its mean, {quantity}", column)
     if all(math.isnan(values[quantity]) for quantity in QUANTITIES):
         one_of = f"a value for one of {', '.join(QUANTITIES)} at least"
-        raise row.refusal("got no measured quantity", one_of)
+        raise row.refusal("no measured quantity", one_of)
     return values
 
 
@@ -193,8 +199,8 @@ def _check_degrees(rows: Sequence[_Line], numbers: Sequence[Mapping[str, float]]
     """Refuse angles that are all within a right angle in radians, if there are several."""
     angles = {values["alpha_deg"] for values in numbers}
     if len(angles) > 1 and max(angles) <= _RIGHT_ANGLE:
-        got = f"got angles up to {max(angles):g}, which look like radians"
-        raise rows[0].refusal(got, "degrees from the wall", "alpha_deg")
+        given = f"angles up to {max(angles):g}, which look like radians"
+        raise rows[0].refusal(given, "degrees from the wall", "alpha_deg")
 
 
 def _number(row: _Line, column: str) -> float:
@@ -207,7 +213,7 @@ def _number(row: _Line, column: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise row.refusal(f"got {shown(cell)}", "a number, or an empty cell", column)
+        raise row.refusal(shown(cell), "a number, or an empty cell", column)
     return value
 
 
@@ -249,4 +255,4 @@ def _check_unique(rows: Sequence[_Line], numbers: Sequence[Mapping[str, float]])
             if first != row.number:
                 at = f"{alpha_deg:g} degrees" + ("" if speed is None else f" and {speed:g} m/s")
                 only = f"that of line {first} only"
-                raise row.refusal(f"got a second value at {at}", only, quantity)
+                raise row.refusal(f"a second value at {at}", only, quantity)

@@ -44,7 +44,7 @@ class Bounds:
     def refusal(self, name: str, value: Any) -> InputError:
         """Error for a value that is no number of the range."""
         unit = self.unit if math.isfinite(as_number(value)) else ""
-        return InputError(f"{name}: got {as_text(value)}{unit}, allowed: {self.words}")
+        return InputError(name, f"{as_text(value)}{unit}", self.words)
 
 
 def as_number(value: Any) -> float:

@@ -16,8 +16,8 @@ from sampler.arguments import (
     broadcast,
     check_grain_word,
     check_written,
-    place,
     present,
+    row_index,
 )
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
@@ -289,7 +289,8 @@ class DirectModel:
         given |= present(wall_velocity=wall_velocity, omega=omega, inertia=inertia)
         isotropic = as_isotropic(isotropic, roughness)
         if roughness is not None and works is not None:
-            raise InputError("works: got an array, allowed: none with roughness")
+            problem = "cannot be computed for rough walls"
+            raise InputError("works", problem=problem, remedy="leave works= or roughness= out")
         if roughness is not None:
             given["roughness"] = as_reals_up_to("roughness", roughness, MAX_ROUGHNESS, " rad")
             given["across"] = given["roughness"] if isotropic else 0.0
@@ -349,12 +350,10 @@ class DirectModel:
         row = first_wrong_grain(self._arrays.population, grains)
         if row < 0:
             return
-        got = ", ".join(f"{x:.9g}" for x in grains[row])
-        meshes = self._arrays.population.meshes.resolutions.size
-        raise InputError(
-            f"grain: got {got} at {place(row, call.shape)}, allowed: the code of a shape"
-            f"{' or mesh' if meshes else ''}, and b/a and c/b, both {ASPECT.words}, of a sphere 1"
-        )
+        given = ", ".join(f"{x:.9g}" for x in grains[row])
+        or_mesh = " or mesh" if self._arrays.population.meshes.resolutions.size else ""
+        ratios = f"b/a and c/b, both {ASPECT.words}, of a sphere 1"
+        raise call.refusal(row, "grain", given, f"the code of a shape{or_mesh}, and {ratios}")
 
     def _simulated(
         self,
@@ -379,5 +378,5 @@ class DirectModel:
             results.inertia[:] = 0.0
         bad = first_not_finite(results.states)
         if bad >= 0:
-            raise RuntimeError(f"the particle at {place(bad, call.shape)} is not finite")
+            raise RuntimeError(f"the particle at index {row_index(bad, call.shape)} is not finite")
         return results

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.arguments import Call, place
-from sampler.errors import NOT_FINITE, InputError
-from sampler.messages import row_message
+from sampler.arguments import Call, row_index
+from sampler.errors import NOT_FINITE
+from sampler.row_codes import row_refusal
 from tablegen.config.config import ModelSettings
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
@@ -196,36 +196,30 @@ class DirectResults(NamedTuple):
 
 
 def failure_of(call: Call, row: int, code: int) -> Exception:
-    """Make the error for the row and the code of a `Failure`."""
-    at = place(row, call.shape)
+    """Make the error for a row and the code of a `Failure`."""
     arrays = call.rows.arrays
     if code == 0:
-        return unfinished_error(f"the particle at {at}")
+        return unfinished_error(f"the particle at index {row_index(row, call.shape)}")
     if code == OUT_OF_BOUNDS:
         unnamed = ("normal", "half_size", "index", "hit", "grain", "inertia")
         names = [name for name in arrays if name not in unnamed]
-        got = "; ".join(f"{name} {_written(np.atleast_1d(call.at(name, row)))}" for name in names)
-        return InputError(
-            f"{names[0]}: got {got} at {at}, allowed: an impact at {ALPHA_DEG.words} and "
-            f"{SPEED.words}, with a spin of {SPIN.words}"
-        )
+        given = "; ".join(f"{name} {_written(np.atleast_1d(call.at(name, row)))}" for name in names)
+        allowed = f"an impact at {ALPHA_DEG.words} and {SPEED.words}, with a spin of {SPIN.words}"
+        return call.refusal(row, names[0], given, allowed)
     if code == TURNS_TOO_OFTEN:
         name = "omega" if "omega" in arrays else "spin"
-        return InputError(
-            f"{name}: got {_written(call.at(name, row))} at {at}, allowed: at most "
-            f"{MOST_TURNED:g} rad, 2 |spin| / sin(alpha1), before the first contact"
-        )
+        allowed = f"at most {MOST_TURNED:g} rad, 2 |spin| / sin(alpha1), before the first contact"
+        return call.refusal(row, name, _written(call.at(name, row)), allowed)
     if code == NOT_FINITE and not 0.0 <= call.at("inertia", row) < math.inf:
-        return InputError(
-            f"inertia: got {call.at('inertia', row):.9g} at {at}, allowed: a finite number, 0 or "
-            "more"
-        )
+        given = f"{call.at('inertia', row):.9g}"
+        return call.refusal(row, "inertia", given, "a finite number, 0 or more")
     if code == INERTIA_NOT_ITS_OWN:
-        return InputError(
-            f"inertia: got {call.at('inertia', row):.9g} at {at}, allowed: from the smallest to "
-            "the largest moment of the grain over m a^2, or 0 where it is not known"
+        allowed = (
+            "from the smallest to the largest moment of inertia of the grain, over m a^2, or 0 if "
+            "it is not known"
         )
-    return InputError(row_message(call, row, code))
+        return call.refusal(row, "inertia", f"{call.at('inertia', row):.9g}", allowed)
+    return row_refusal(call, row, code)
 
 
 def _written(values: FloatArray) -> str:

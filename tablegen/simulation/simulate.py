@@ -123,13 +123,15 @@ def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
 def _check_spin(spin: Sequence[float], alpha1: float, sine: float) -> tuple[float, float, float]:
     """Return the spin before an impact; raise `InputError` if it is out of bounds."""
     if np.shape(spin) != (3,):
-        raise InputError(f"spin: got {bounds.as_text(spin)}, allowed: three numbers")
+        raise InputError("spin", bounds.as_text(spin), "three numbers")
     x, y, z = (bounds.SPIN.checked("spin", part) for part in spin)
     size, most = math.hypot(x, y, z), 0.5 * bounds.MOST_TURNED * sine
     if size > most:
         raise InputError(
-            f"spin: got {size:.6g} V/a at {math.degrees(alpha1):.6g} degrees, allowed there: up "
-            f"to {most:.6g} V/a, {bounds.MOST_TURNED:,.0f} radians before the first contact"
+            "spin",
+            f"{size:.6g} V/a at {math.degrees(alpha1):.6g} degrees",
+            f"up to {most:.6g} V/a at this angle, {bounds.MOST_TURNED:,.0f} radians before the "
+            "first contact",
         )
     return x, y, z
 

@@ -111,9 +111,11 @@ def check_store(table: str | Path, chosen: bool) -> None:
     conditions; stored ones are evenly spread.
     """
     if chosen:
-        raise InputError("--store: got it with --alpha and --speed, allowed: without them")
+        remedy = "leave --alpha and --speed out: a table stores evenly spread conditions"
+        raise InputError("--store", problem="is given with chosen conditions", remedy=remedy)
     if find_table(table) != Path(table):
-        raise InputError(f"--store: got the name '{table}', allowed: the path of a .h5 file")
+        allowed = "the path of a .h5 file"
+        raise InputError("table", f"the name '{table}' with --store", allowed)
     check_output(table)
 
 
@@ -132,7 +134,8 @@ def store_accuracy(path: str | Path, validation: Validation) -> str:
     """
     contents = read_table(path)
     if contents.content_sha256 != validation.content_sha256:
-        raise InputError(f"{path}: changed since it was measured, allowed: the file as it was")
+        problem, remedy = "the file has changed since it was measured", "validate it again"
+        raise InputError("", problem=problem, remedy=remedy, source=str(path))
     contents = with_accuracy(contents, validation)
     write_table(path, contents)
     return contents.content_sha256

@@ -88,8 +88,10 @@ def _speed_axis(config: Config, first: float, last: float) -> Abscissa:
     ends = config.speed_coordinate(np.array([first, last]))
     if not (np.all(ends != 0.0) and (first == last or ends[0] != ends[1])):
         raise InputError(
-            f"domain.speed: got [{first:g}, {last:g}], where the restitution law has no digits "
-            "left to tell speeds apart, allowed: a lower end, or table.speed_nodes of your own"
+            "domain.speed",
+            f"[{first:g}, {last:g}]",
+            problem="where the restitution hardly depends on the speed any more",
+            remedy="lower the upper end, or give table.speed_nodes",
         )
     return config.speed_coordinate
 
@@ -187,15 +189,18 @@ def _lookup(field: str, nodes: FloatArray, axis: Abscissa) -> FloatArray:
         index[0], index[-1] = numbers[0], numbers[-1]
         if not (np.diff(index) > 0.0).all():
             raise InputError(
-                f"{field}: got {nodes[0]:g} to {nodes[-1]:g}, where interpolation has no digits "
-                "left to tell values apart, allowed: a range in which rebounds change more"
+                field,
+                f"{nodes[0]:g} to {nodes[-1]:g}",
+                problem="where rebounds hardly change",
+                remedy="give a range in which rebounds change more",
             )
         if np.abs(np.interp(nodes, points, index) - numbers).max() <= _MOST_OFF:
             return index
     k, least = int(np.diff(nodes).argmin()), _LEAST_DISTANCE * (nodes[-1] - nodes[0])
     raise InputError(
-        f"{field}: got {nodes[k]:.9g} and {nodes[k + 1]:.9g}, which a look-up from {nodes[0]:g} to "
-        f"{nodes[-1]:g} cannot tell apart, allowed: nodes {least:.2g} apart"
+        field,
+        f"{nodes[k]:.9g} and {nodes[k + 1]:.9g}",
+        f"nodes at least {least:.2g} apart, from {nodes[0]:g} to {nodes[-1]:g}",
     )
 
 

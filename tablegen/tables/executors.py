@@ -27,9 +27,11 @@ def open_executor(
     an MPI job but the first, when the first has finished.
     """
     if scheduler is not None and engine != DASK:
-        raise InputError(f"--scheduler: got {scheduler} with {engine}, allowed: with dask only")
+        problem = f"is given with --executor {engine}"
+        raise InputError("--scheduler", problem=problem, remedy="give --executor dask")
     if workers is not None and (engine == MPI or scheduler is not None):
-        raise InputError(f"--workers: got {workers}, allowed: without mpi and without --scheduler")
+        problem = "is given with mpi or with --scheduler, which have their own workers"
+        raise InputError("--workers", problem=problem, remedy="leave it out")
     if engine == THREADS:
         with thread_pool(workers or processors()) as pool:
             yield pool
@@ -40,7 +42,7 @@ def open_executor(
         with _mpi() as ranks:
             yield ranks
     else:
-        raise InputError(f"--executor: got {engine}, allowed: {', '.join(ENGINES)}")
+        raise InputError("--executor", engine, ", ".join(ENGINES))
 
 
 @contextmanager
@@ -49,24 +51,21 @@ def _dask(workers: int, scheduler: str | None) -> Iterator[Executor]:
     try:
         from distributed import Client, KilledWorker
     except ImportError as error:
-        raise InputError(
-            "--executor: got dask, which is not installed, "
-            "allowed after: pip install 'rebound-tables[dask]'"
-        ) from error
+        remedy = "run: pip install 'rebound-tables[dask]'"
+        raise InputError("--executor", problem="Dask is not installed", remedy=remedy) from error
     local: Any = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": ":0"}
     local["silence_logs"] = logging.CRITICAL
     try:
         client = Client(scheduler, timeout=_TIMEOUT) if scheduler else Client(**local)
     except (OSError, ValueError) as error:
-        raise InputError(
-            f"--scheduler: got {scheduler}, where none answered within {_TIMEOUT} s, "
-            "allowed: the address of a running Dask scheduler"
-        ) from error
+        problem = f"no Dask scheduler answered at {scheduler} within {_TIMEOUT} s"
+        raise InputError("--scheduler", problem=problem) from error
     with client:
         try:
             yield client.get_executor()
         except (KilledWorker, CancelledError) as error:
-            raise InputError(f"--executor: the Dask workers were lost: {error}") from error
+            problem = f"the Dask workers were lost: {error}"
+            raise InputError("--executor", problem=problem) from error
 
 
 @contextmanager
@@ -76,11 +75,10 @@ def _mpi() -> Iterator[Executor | None]:
         from mpi4py.futures import MPICommExecutor
         from mpi4py.MPI import COMM_WORLD
     except (ImportError, RuntimeError) as error:  # RuntimeError: mpi4py finds no MPI library
-        raise InputError(
-            "--executor: got mpi, which is not installed, allowed after: "
-            "pip install 'rebound-tables[mpi]', with Open MPI or MPICH from the system"
-        ) from error
+        remedy = "install Open MPI or MPICH, and run: pip install 'rebound-tables[mpi]'"
+        raise InputError("--executor", problem="MPI is not installed", remedy=remedy) from error
     if COMM_WORLD.Get_size() < 2:
-        raise InputError("--executor: got mpi on one rank, allowed: under mpiexec -n 2 or more")
+        problem, remedy = "mpi runs on one rank only", "start the command with mpiexec -n 2 or more"
+        raise InputError("--executor", problem=problem, remedy=remedy)
     with MPICommExecutor(COMM_WORLD, root=0) as ranks:
         yield cast("Executor | None", ranks)

@@ -36,9 +36,7 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     `InputError`, which begins with `origin`, if the table does not cover the scene.
     """
     if contents.of_spheres:
-        raise InputError(
-            "table: got one of spheres, which has nothing to cut, allowed: one of nodes"
-        )
+        raise InputError("table", problem="a table of spheres has nothing to cut")
     own = stored_config(contents.config, "config of the table")
     _check_scene(contents, own, scene, origin)
     rows = _kept_nodes(contents, "alpha", *map(math.radians, scene.domain.alpha_deg))
@@ -92,35 +90,34 @@ def prune(
 def _check_scene(contents: TableContents, own: Config, scene: Config, origin: str) -> None:
     """Refuse a scene that needs more than the table has."""
     if scene.pair_name != contents.pair:
-        raise InputError(f"{origin}: pair: got '{scene.pair_name}', allowed: '{contents.pair}'")
+        allowed = f"'{contents.pair}', that of the table"
+        raise InputError("pair", f"'{scene.pair_name}'", allowed, source=origin)
     for part in ("pair", "population", "model"):
         wanted, given = (getattr(c, part).model_dump(exclude={"name"}) for c in (scene, own))
         if wanted != given:
-            raise InputError(f"{origin}: {part}: differs from the table's, allowed: the same")
+            problem, remedy = "is not that of the table", "leave it out, or make a table for it"
+            raise InputError(part, problem=problem, remedy=remedy, source=origin)
     for name in scene.domain.columns:
         if name not in contents.variables:
             allowed = f"some of {', '.join(contents.variables)}, which the table has"
-            raise InputError(f"{origin}: domain.variables: got {name}, allowed: {allowed}")
+            raise InputError("domain.variables", name, allowed, source=origin)
     if scene.spin and not contents.has_spin:
         allowed = "false, because the table has no spin law"
-        raise InputError(f"{origin}: spin: got true, allowed: {allowed}")
+        raise InputError("spin", "true", allowed, source=origin)
     for field, nodes in (("alpha_deg", "axes/alpha_deg"), ("speed", "axes/speed")):
         if field == "speed" and contents.speed_independent:
             continue
         low, high = getattr(scene.domain, field)
         first, last = contents[nodes][0], contents[nodes][-1]
         if not first <= low <= high <= last:
-            raise InputError(
-                f"{origin}: domain.{field}: got [{low:.9g}, {high:.9g}], "
-                f"allowed: inside [{first:g}, {last:g}], which the table covers"
-            )
+            given = f"[{low:.9g}, {high:.9g}]"
+            allowed = f"inside [{first:g}, {last:g}], which the table covers"
+            raise InputError(f"domain.{field}", given, allowed, source=origin)
     for metric in METRICS:
         wanted, declared = getattr(scene.accuracy, metric), getattr(own.accuracy, metric)
         if wanted < declared:
-            raise InputError(
-                f"{origin}: accuracy.{metric}: got {wanted:.9g}, "
-                f"allowed: {declared:g} or more, which the table declares"
-            )
+            allowed = f"{declared:g} or more, which the table declares"
+            raise InputError(f"accuracy.{metric}", f"{wanted:.9g}", allowed, source=origin)
 
 
 def _kept_nodes(contents: TableContents, axis: str, low: float, high: float) -> slice:

@@ -61,9 +61,10 @@ def _check_variables_vary(config: Config, conditions: list[tuple[float, ...]]) -
         same = [name for name, width in zip(same, spread, strict=True) if width <= _SAME]
     if same:
         raise InputError(
-            f"domain.variables: got {', '.join(same)}, the same for all particles at every "
-            "condition, allowed: variables that vary (a formula gives the others), or other "
-            "particles or laws"
+            "domain.variables",
+            ", ".join(same),
+            problem="the same for all particles at every condition",
+            remedy="leave these out, or change particles or laws; a formula gives them",
         )
 
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.errors import refuse
+from sampler.errors import InputError
 from sampler.formats.channels import channels_for
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.shape_codes import SHAPE_CODES
@@ -42,7 +42,7 @@ def sphere_contents(config: Config) -> TableContents:
     resolution = config.model.contact_resolution
     if resolution > GRAZING:
         allowed = f"at most {GRAZING:g} for a table of spheres"
-        refuse("model.contact_resolution", f"{resolution:g}", allowed)
+        raise InputError("model.contact_resolution", f"{resolution:g}", allowed)
     columns = config.domain.columns
     ends: dict[str, Any] = {"alpha_deg": config.domain.alpha_deg, "speed": config.domain.speed}
     datasets = {

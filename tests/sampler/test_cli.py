@@ -39,9 +39,9 @@ both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
 @pytest.mark.parametrize(
     ("error", "status", "line"),
     [
-        (InputError("x: got 1, allowed: 2"), BAD_INPUT, "error: x: got 1, allowed: 2"),
+        (InputError("x", 1, "2"), BAD_INPUT, "error: x: got 1, allowed: 2"),
         (click.UsageError("no such thing"), BAD_INPUT, "error: no such thing"),
-        (MemoryError(), BAD_INPUT, "error: not enough memory, allowed: "),
+        (MemoryError(), BAD_INPUT, "error: there is not enough memory; ask for "),
         (KeyboardInterrupt(), 130, "interrupted"),
         (OSError(errno.ENOSPC, "No space left"), FAILED, "error: [Errno 28] No space left"),
         # a defect keeps its traceback, and is no missed accuracy
@@ -76,8 +76,8 @@ def test_an_output_is_no_input(tmp_path, capsys):
     program, path = Program("prog", commands=[work]), tmp_path / "t.h5"
     path.write_bytes(b"kept")
     for words, named in (
-        (["--output", tmp_path / "." / "t.h5"], "--output: got"),
-        (["--output", tmp_path / "a", "--json", tmp_path / "a"], "--json: got"),
+        (["--output", tmp_path / "." / "t.h5"], "--output: "),
+        (["--output", tmp_path / "a", "--json", tmp_path / "a"], "--json: "),
     ):
         assert run_program(program, ["work", str(path), *map(str, words)]) == BAD_INPUT
         assert named in capsys.readouterr().err
@@ -87,16 +87,20 @@ def test_an_output_is_no_input(tmp_path, capsys):
 
 def test_an_output_has_its_suffix_and_is_kept(tmp_path, capsys):
     @click.command("work", cls=Command, epilog="")
-    @output("T.h5")
+    @output("T.h5", ".h5")
     @overwrite
     def work(output):
         click.echo("done")
 
     program, path = Program("prog", commands=[work]), tmp_path / "t.h5"
     path.write_bytes(b"kept")
-    for named in (path, tmp_path / "t.txt"):
+    other = tmp_path / "t.txt"
+    for named, said in (
+        (path, f"--output: {path} exists; give a new name, or --overwrite"),
+        (other, f"--output: got {other}, allowed: a name that ends in .h5"),
+    ):
         assert run_program(program, ["work", "--output", str(named)]) == BAD_INPUT
-        assert "'--output': got" in capsys.readouterr().err
+        assert capsys.readouterr().err == f"prog: error: {said}\n"
     assert run_program(program, ["work", "--output", str(path), "--overwrite"]) == 0
 
 
@@ -179,7 +183,7 @@ def test_spin_is_that_of_the_table_in_python(draw, words, refuse, tmp_path, cont
     np.testing.assert_array_equal(draw(table=tmp_path / "spin.h5", spin=spin)[0], expected)
     (tmp_path / "out.npz").unlink()
     line = refuse("sampler", *words(spin=spin))
-    assert line.startswith("--spin: is given, but the table made-up has no spin law")
+    assert line.startswith("--spin: the table made-up has no spin law; leave it out")
 
 
 def test_the_process_ends_with_the_status(words):

@@ -57,7 +57,9 @@ def test_the_mean_is_that_of_the_grains():
 
 
 def test_a_population_that_is_not_known_has_no_mean(table):
-    with pytest.raises(sampler.InputError, match=r"^mean_half_size: this table has no spin law"):
+    with pytest.raises(
+        sampler.InputError, match=r"^mean_half_size: the table made-up has no spin law"
+    ):
         table.mean_half_size(D)
 
 

@@ -103,86 +103,104 @@ RBT_API const char *rbt_strerror(int code)
         const char *text;
     } texts[] = {
 /* begin texts */
-        {RBT_OK, "fine"},
-        {RBT_ANGLE, "impact angle outside the table: the nearest was drawn"},
-        {RBT_SPEED, "impact speed outside the table: the nearest was drawn"},
-        {RBT_SPIN, "spin beyond the table, or inertia beyond the grain: the "
-         "nearest was drawn"},
-        {RBT_EXTRAPOLATED, "a speed at which the material pair was not measured"},
-        {RBT_ERR_MISSING, "a required array or the table is missing (NULL, or a handle of"
+        {RBT_OK, "no error"},
+        {RBT_ANGLE, "the impact angle lies outside the table, and the nearest angle"
+         " was used"},
+        {RBT_SPEED, "the impact speed lies outside the table, and the nearest speed"
+         " was used"},
+        {RBT_SPIN, "the spin lies outside the table, or the grain cannot have this"
+         " inertia, and the nearest value was used"},
+        {RBT_EXTRAPOLATED, "the material pair was not measured at this speed"},
+        {RBT_ERR_MISSING, "the table or a required array is missing (NULL, or a handle of"
          " 0)"},
-        {RBT_ERR_NOT_FINITE, "arguments: allowed: finite numbers, speeds below 1e150 m/s, "
-         "inertia 0 or more"},
-        {RBT_ERR_NOT_APPROACHING, "alpha1: allowed: above 0, at most pi/2 rad; velocity: allowed:"
-         " towards the wall, (velocity - wall_velocity) . normal < 0"},
+        {RBT_ERR_NOT_FINITE, "an argument is NaN or infinite, a speed is 1e150 m/s or more, "
+         "or an inertia is negative"},
+        {RBT_ERR_NOT_APPROACHING, "the particle moves away from the wall, or alpha1 is not above "
+         "0 and at most pi/2 rad; leave its velocity unchanged; if every"
+         " particle has this code, the normals point into the wall"},
         {RBT_ERR_SPEED_NOT_POSITIVE,
-         "speed: allowed: above 0 m/s; velocity: allowed: 1e-150 m/s or "
-         "more relative to the wall"},
-        {RBT_ERR_NORMAL_NOT_USABLE, "normal: allowed: any length but zero"},
-        {RBT_ERR_HALF_SIZE, "half_size: allowed: 1e-09 to 100 m"},
+         "the impact speed is not above 0, or the particle moves at less"
+         " than 1e-150 m/s relative to the wall"},
+        {RBT_ERR_NORMAL_NOT_USABLE, "the normal of the wall has length zero"},
+        {RBT_ERR_HALF_SIZE, "the half-size is not from 1e-09 to 100 m"},
         {RBT_ERR_ROUGHNESS_NOT_USABLE,
-         "roughness: allowed: 0 to 0.5 rad; of a profile: ra 0 or more, "
-         "rq not below ra, rsm and diameter above 0, and a tilt within "
-         "that"},
-        {RBT_ERR_CASCADE_NOT_ENDED, "roughness: bounces without end"},
-        {RBT_ERR_NO_SPIN_LAW, "spin, grain, rebound: the table has no spin law, allowed: "
-         "fresh grains without spin"},
-        {RBT_ERR_GRAIN_NOT_KNOWN, "grain: allowed: a shape of the spin law, and b/a and c/b from "
-         "0.001 to 1"},
-        {RBT_ERR_NO_WORKS, "works: the table has no works"},
-        {RBT_ERR_NOT_OPENED, "file: cannot be opened, allowed: a regular file that exists "
-         "and may be read"},
-        {RBT_ERR_NOT_READ, "file: cannot be read, or is a folder, pipe or device"},
-        {RBT_ERR_NO_MEMORY, "memory: not enough for this table"},
-        {RBT_ERR_BIG_ENDIAN, "machine: is big-endian, allowed: little-endian"},
-        {RBT_ERR_FORMAT, "format: is no binary rebound table (.rbt)"},
-        {RBT_ERR_VERSION, "format_version: allowed: 3.x; make the file again: sampler "
-         "export"},
-        {RBT_ERR_SIZE, "file_bytes: the file is truncated, or longer than it says"},
-        {RBT_ERR_CHECKSUM, "sha256: the contents do not have this checksum"},
-        {RBT_ERR_DIMENSIONS, "dimensions: one is 0 or too large, or does not fit the others"},
-        {RBT_ERR_NAMES, "names: a channel or column is unknown or occurs twice"},
-        {RBT_ERR_OFFSETS, "offsets: an array does not lie in the file on a multiple of 64"},
-        {RBT_ERR_INDICES, "indices: a component, class, root or child lies beyond its "
-         "array"},
-        {RBT_ANGLE | RBT_SPEED, "impact angle outside the table: the nearest was drawn; impact "
-         "speed outside the table: the nearest was drawn"},
-        {RBT_ANGLE | RBT_SPIN, "impact angle outside the table: the nearest was drawn; spin "
-         "beyond the table, or inertia beyond the grain: the nearest was"
-         " drawn"},
+         "the roughness is not from 0 to 0.5 rad, or there is no such "
+         "profile: ra must be 0 or more, rq not below ra, rsm and "
+         "diameter above 0"},
+        {RBT_ERR_CASCADE_NOT_ENDED,
+         "the particle hit facet after facet of the rough wall and did "
+         "not leave it"},
+        {RBT_ERR_NO_SPIN_LAW, "the table has no spin law; ask for fresh grains that arrive "
+         "without spin"},
+        {RBT_ERR_GRAIN_NOT_KNOWN, "the table was not made for this grain: a shape, b/a or c/b is "
+         "not one of its population"},
+        {RBT_ERR_NO_WORKS, "the table does not have the energies that impulses take "
+         "(works)"},
+        {RBT_ERR_NOT_OPENED, "the file does not exist, or may not be read"},
+        {RBT_ERR_NOT_READ, "the file cannot be read; it must be a regular file, not a "
+         "folder, pipe or device"},
+        {RBT_ERR_NO_MEMORY, "there is not enough memory for this table"},
+        {RBT_ERR_BIG_ENDIAN, "this machine is big-endian, and tables are little-endian"},
+        {RBT_ERR_FORMAT, "the file is not a binary rebound table (.rbt)"},
+        {RBT_ERR_VERSION, "the file has a format version other than 3.x; write it again: "
+         "sampler export"},
+        {RBT_ERR_SIZE, "the file is damaged: it has not the length that its header "
+         "states"},
+        {RBT_ERR_CHECKSUM, "the file is damaged: its contents do not have its checksum"},
+        {RBT_ERR_DIMENSIONS, "the file is damaged: a dimension is 0 or too large, or does "
+         "not fit the others"},
+        {RBT_ERR_NAMES, "the file is damaged: a channel or variable is unknown or "
+         "occurs twice"},
+        {RBT_ERR_OFFSETS, "the file is damaged: an array does not lie within it, at a "
+         "multiple of 64"},
+        {RBT_ERR_INDICES, "the file is damaged: a component, class, root or child lies "
+         "beyond its array"},
+        {RBT_ANGLE | RBT_SPEED, "the impact angle lies outside the table, and the nearest angle"
+         " was used; the impact speed lies outside the table, and the "
+         "nearest speed was used"},
+        {RBT_ANGLE | RBT_SPIN, "the impact angle lies outside the table, and the nearest angle"
+         " was used; the spin lies outside the table, or the grain "
+         "cannot have this inertia, and the nearest value was used"},
         {RBT_ANGLE | RBT_EXTRAPOLATED,
-         "impact angle outside the table: the nearest was drawn; a speed"
-         " at which the material pair was not measured"},
-        {RBT_SPEED | RBT_SPIN, "impact speed outside the table: the nearest was drawn; spin "
-         "beyond the table, or inertia beyond the grain: the nearest was"
-         " drawn"},
+         "the impact angle lies outside the table, and the nearest angle"
+         " was used; the material pair was not measured at this speed"},
+        {RBT_SPEED | RBT_SPIN, "the impact speed lies outside the table, and the nearest speed"
+         " was used; the spin lies outside the table, or the grain "
+         "cannot have this inertia, and the nearest value was used"},
         {RBT_SPEED | RBT_EXTRAPOLATED,
-         "impact speed outside the table: the nearest was drawn; a speed"
-         " at which the material pair was not measured"},
-        {RBT_SPIN | RBT_EXTRAPOLATED, "spin beyond the table, or inertia beyond the grain: the "
-         "nearest was drawn; a speed at which the material pair was not "
-         "measured"},
+         "the impact speed lies outside the table, and the nearest speed"
+         " was used; the material pair was not measured at this speed"},
+        {RBT_SPIN | RBT_EXTRAPOLATED,
+         "the spin lies outside the table, or the grain cannot have this"
+         " inertia, and the nearest value was used; the material pair "
+         "was not measured at this speed"},
         {RBT_ANGLE | RBT_SPEED | RBT_SPIN,
-         "impact angle outside the table: the nearest was drawn; impact "
-         "speed outside the table: the nearest was drawn; spin beyond "
-         "the table, or inertia beyond the grain: the nearest was drawn"},
+         "the impact angle lies outside the table, and the nearest angle"
+         " was used; the impact speed lies outside the table, and the "
+         "nearest speed was used; the spin lies outside the table, or "
+         "the grain cannot have this inertia, and the nearest value was "
+         "used"},
         {RBT_ANGLE | RBT_SPEED | RBT_EXTRAPOLATED,
-         "impact angle outside the table: the nearest was drawn; impact "
-         "speed outside the table: the nearest was drawn; a speed at "
-         "which the material pair was not measured"},
+         "the impact angle lies outside the table, and the nearest angle"
+         " was used; the impact speed lies outside the table, and the "
+         "nearest speed was used; the material pair was not measured at "
+         "this speed"},
         {RBT_ANGLE | RBT_SPIN | RBT_EXTRAPOLATED,
-         "impact angle outside the table: the nearest was drawn; spin "
-         "beyond the table, or inertia beyond the grain: the nearest was"
-         " drawn; a speed at which the material pair was not measured"},
+         "the impact angle lies outside the table, and the nearest angle"
+         " was used; the spin lies outside the table, or the grain "
+         "cannot have this inertia, and the nearest value was used; the "
+         "material pair was not measured at this speed"},
         {RBT_SPEED | RBT_SPIN | RBT_EXTRAPOLATED,
-         "impact speed outside the table: the nearest was drawn; spin "
-         "beyond the table, or inertia beyond the grain: the nearest was"
-         " drawn; a speed at which the material pair was not measured"},
+         "the impact speed lies outside the table, and the nearest speed"
+         " was used; the spin lies outside the table, or the grain "
+         "cannot have this inertia, and the nearest value was used; the "
+         "material pair was not measured at this speed"},
         {RBT_ANGLE | RBT_SPEED | RBT_SPIN | RBT_EXTRAPOLATED,
-         "impact angle outside the table: the nearest was drawn; impact "
-         "speed outside the table: the nearest was drawn; spin beyond "
-         "the table, or inertia beyond the grain: the nearest was drawn;"
-         " a speed at which the material pair was not measured"},
+         "the impact angle lies outside the table, and the nearest angle"
+         " was used; the impact speed lies outside the table, and the "
+         "nearest speed was used; the spin lies outside the table, or "
+         "the grain cannot have this inertia, and the nearest value was "
+         "used; the material pair was not measured at this speed"},
 /* end texts */
     };
     for (size_t k = 0; k < sizeof texts / sizeof *texts; k++)

@@ -23,7 +23,9 @@ def test_is_up_to_date(page):
 def test_lost_and_doubled_markers_are_refused(page, line):
     name = line.split()[2]
     for broken in (page.replace(line, ""), page.replace(line, 2 * line)):
-        with pytest.raises(InputError, match=f"{PAGE}: part '{name}' is not marked, allowed: <!--"):
+        with pytest.raises(
+            InputError, match=f"{PAGE}: part '{name}' is not marked exactly once; write <!--"
+        ):
             filled_page(broken)
 
 

@@ -30,7 +30,7 @@ def test_the_header_is_put_together_from_its_sections():
 @pytest.mark.parametrize("name", PARTS)
 def test_a_lost_mark_is_refused(name):
     part = next(iter(PARTS[name]))
-    with pytest.raises(InputError, match=f"part '{part}' is not marked, allowed: "):
+    with pytest.raises(InputError, match=f"part '{part}' is not marked exactly once; write "):
         generated(name, text_of(name).replace(f"end {part}", ""))
 
 

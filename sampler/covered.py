@@ -1,0 +1,59 @@
+"""What a table covers, as numbers and in words."""
+
+import math
+from typing import NamedTuple
+
+from sampler.formats.bounds import ANY_SPEED
+
+Ends = tuple[float, float]
+
+
+class Covered(NamedTuple):
+    """What a table covers; in words, by `str`.
+
+    The speed of a particle that spins is the one that it would have if all of its kinetic energy
+    were translation, V (1 + k spin^2)^(1/2).
+    """
+
+    #: Impact angles, degrees, of fresh grains that arrive without spin, from the law of first
+    #: impacts, and speeds, m/s; None: any.
+    alpha_deg: Ends
+    speed: Ends | None
+    #: Sizes of the spin before the impact times a/V; None: there is no spin law.
+    spin: Ends | None
+    #: Speeds at which the law of the pair was measured, m/s; None: it holds at any.
+    measured: Ends | None
+    #: Impact angles, degrees, of all other draws, from the spin law; None: as `alpha_deg`.
+    spin_alpha_deg: Ends | None = None
+
+    def __str__(self) -> str:
+        low, high = self.alpha_deg
+        parts = [f"{low:g} to {high:g} deg" if low > 0.0 else "any angle"]
+        if self.spin_alpha_deg is not None:
+            others = f"{ends_text(self.spin_alpha_deg)} deg"
+            parts = [f"{others} (fresh grains without spin: {parts[0]})"]
+        parts += ["any speed" if self.speed is None else f"{ends_text(self.speed)} m/s"]
+        if self.spin is not None:
+            least, most = self.spin
+            sizes = f"spin to {most:g}" if least == 0.0 else f"spin {ends_text(self.spin)}"
+            parts += [sizes if most < 1e9 else "any spin"]
+        return ", ".join(parts)
+
+
+def ends_text(ends: Ends) -> str:
+    """Write the ends of a range."""
+    return f"{ends[0]:g} to {ends[1]:g}"
+
+
+def make_covered(
+    ends: dict[str, Ends], has_spin: bool, spin_alpha_deg: Ends | None = None
+) -> Covered:
+    """Make `Covered` of what ``rbt_covered`` gives, without the rounding of units."""
+    low, high = (round(math.degrees(end), 12) for end in ends["alpha1"])
+    speed, measured = (
+        None if ends[name][1] >= ANY_SPEED[1] else ends[name] for name in ("speed", "measured")
+    )
+    least, most = ends["spin"]
+    spin = (round(least, 9), round(most, 9)) if has_spin else None
+    other = spin_alpha_deg if spin_alpha_deg != (low, high) else None
+    return Covered((low, high), speed, spin, measured, other)
