@@ -139,6 +139,6 @@ def test_a_light_installation_draws_exports_and_lists(light):
 def test_a_light_installation_names_what_the_generator_needs(light):
     before = set(light.work.iterdir())
     said = call(light.programs / "tablegen", "demo", folder=light.work, status=2)
-    assert said.startswith("tablegen: error: the generator is not installed, allowed after: pip ")
+    assert said.startswith("tablegen: error: the generator is not installed; run: pip ")
     assert said.count("\n") == 1
     assert set(light.work.iterdir()) == before

@@ -10,7 +10,7 @@ import tablegen
 from tablegen import config
 from tablegen.commands.main import main
 
-LINE = "the generator is not installed, allowed after: pip install 'rebound-tables[generate]'"
+LINE = "the generator is not installed; run: pip install 'rebound-tables[generate]'"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 

@@ -24,7 +24,7 @@ def _names(
     names = [name.strip() for name in value.split(",")]
     if len(set(names)) < len(names) or not set(names) <= set(VARIABLES):
         allowed = f"some of {','.join(VARIABLES)}, each once"
-        raise InputError("--components", repr(value), allowed)
+        raise InputError("--variables", repr(value), allowed)
     return names
 
 

@@ -114,8 +114,7 @@ def check_store(table: str | Path, chosen: bool) -> None:
         remedy = "leave --alpha and --speed out: a table stores evenly spread conditions"
         raise InputError("--store", problem="is given with chosen conditions", remedy=remedy)
     if find_table(table) != Path(table):
-        allowed = "the path of a .h5 file"
-        raise InputError("table", f"the name '{table}' with --store", allowed)
+        raise InputError("--store", f"the name '{table}'", "the path of a .h5 file")
     check_output(table)
 
 

@@ -25,7 +25,7 @@ def test_two_files_of_one_program(tmp_path):
     )
     sources = [tmp_path / "library.c", tmp_path / "user.c"]
     program = toolchain.build("gcc", sources, tmp_path / "two")
-    assert toolchain.run(program) == "memory: not enough for this table\n"
+    assert toolchain.run(program) == "there is not enough memory for this table\n"
 
 
 def test_texts_of_all_codes(library):

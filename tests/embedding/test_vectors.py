@@ -104,4 +104,4 @@ def test_fortran(tmp_path):
     source = HERE / "vectors.f90"
     check_vectors(toolchain.build_fortran([source], tmp_path, ["-O2", "-fcheck=all"]), tmp_path)
     missing = toolchain.run(tmp_path / "program", tmp_path / "none.rbt", "", status=1)
-    assert missing.startswith("file: cannot be opened, allowed: ")
+    assert missing.startswith("the file does not exist, or may not be read")

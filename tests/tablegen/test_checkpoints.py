@@ -87,7 +87,7 @@ class TestStore:
         notes = output.with_name("t.h5.parts") / "my-notes.txt"
         notes.parent.mkdir()
         notes.write_text("precious")
-        with pytest.raises(InputError, match="which is not of an unfinished run"):
+        with pytest.raises(InputError, match="exists, and is not the folder of an unfinished run"):
             CheckpointStore(output, "fingerprint", discard=True)
         assert notes.read_text() == "precious"
 
@@ -112,15 +112,15 @@ class TestEarlierCheckpoints:
             assert store.resumed
 
     @pytest.mark.parametrize(
-        ("fingerprint", "flags", "allowed"),
+        ("fingerprint", "flags", "way"),
         [
-            ("fingerprint", {}, "--resume, which uses them"),
+            ("fingerprint", {}, "--resume to use them"),
             ("another", {}, "another output"),
             ("another", {"resume": True}, "another output"),
         ],
     )
-    def test_are_refused_otherwise_and_stay(self, left, output, fingerprint, flags, allowed):
-        with pytest.raises(InputError, match=f"allowed: {allowed}, or --discard"):
+    def test_are_refused_otherwise_and_stay(self, left, output, fingerprint, flags, way):
+        with pytest.raises(InputError, match=f"; give {way}, or --discard to remove them"):
             CheckpointStore(output, fingerprint, **flags)
         with CheckpointStore(output, "fingerprint", resume=True) as store:
             assert store.load(KEY) is not None

@@ -78,7 +78,7 @@ class TestScene:
         assert (config.name, config.pair_name, config.table.seed) == ("scene", "mine", 77)
         assert parse_config(config.text, "stored") == config
         line = line_about('name = "a"\npair = "corundum-steel.toml"\n', tmp_path)
-        assert line.startswith(f"pair: got {tmp_path / 'corundum-steel.toml'}, ")
+        assert line == f"pair: there is no file {tmp_path / 'corundum-steel.toml'}"
 
     def test_other_kind_replaces_the_whole_law(self):
         fixed = '[population.aspect]\ndistribution = "fixed"\nvalues = [0.9, 0.7]\n'
@@ -101,7 +101,7 @@ class TestScene:
         for pair in ("gold-glass", "demo"):
             line = line_about(f'name = "a"\npair = "{pair}"\n')
             assert line.startswith(f"pair: got '{pair}', ")
-        assert line_about('pair = "corundum-steel"\n').startswith("name: missing, ")
+        assert line_about('pair = "corundum-steel"\n').startswith("name: is missing, ")
 
 
 def test_with_changes_keeps_text_and_fields_together_and_checks():

@@ -53,7 +53,7 @@ SOURCE = "alpha_deg,{},source"
 
 #: Wrong texts, and the one line about each after the name of the file.
 WRONG = [
-    ("# title: x\n", r": got no line but comments, allowed: a line of column names"),
+    ("# title: x\n", r": has no line but comments; begin with a line of column names"),
     ("alpha_deg,e_n,source\n", r": got 0 rows, allowed: 1 to 10000"),
     (row("0.5,s", "e_n,source"), r": line 1: column 'alpha_deg' is missing, allowed: "),
     (row("30,s", "alpha_deg,source"), r": line 1: got no measured quantity"),
