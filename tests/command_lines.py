@@ -12,6 +12,7 @@ import click
 from documents import ROOT
 
 from sampler.cli import cli as sampler
+from sampler.errors import InputError
 from tablegen.commands.main import cli as tablegen
 
 PROGRAMS = {"tablegen": tablegen, "sampler": sampler}
@@ -78,6 +79,8 @@ def mistake_in_sentence(command, folder):
                 parse(program, folder)
         except click.MissingParameter:
             pass
+        except InputError as error:
+            return str(error)
         except click.ClickException as error:
             return error.format_message()
         return None

@@ -63,7 +63,7 @@ def test_angles_alone_rank_nothing(run, tmp_path):
     ("words", "message"),
     [
         ((*GRANT[:2], "--measured", "nobody"), "measurements: got 'nobody'"),
-        ((*GRANT, "--wall-tilt", "30"), "'--wall-tilt': got '30'"),
+        ((*GRANT, "--wall-tilt", "30"), "--wall-tilt: got '30'"),
         ((*GRANT, "--shape", "cube"), "'--shape'"),
         ((*GRANT, "--picture", "c.gif"), "--picture: got c.gif"),
     ],

@@ -40,7 +40,9 @@ def test_json_has_what_the_table_has(run, refused, tiny):
     assert facts["accuracy"] == {name: x.tolist() for name, x in table.accuracy.items()}
     assert facts["declared"] == {name: getattr(TINY.accuracy, name) for name in facts["worst"]}
     assert facts["worst"]["ks"] == table.accuracy["ks"].max()
-    assert refused("inspect", tiny.path, "--json", "--config").startswith("--json: got it with")
+    assert refused("inspect", tiny.path, "--json", "--config").startswith(
+        "--json: is given with --config"
+    )
 
 
 def test_a_table_without_measured_accuracy(run, tmp_path):
@@ -88,4 +90,6 @@ def test_shows_the_laws_of_a_pair(run, refused, tmp_path):
         expected = [exponential_restitution(0.1, 0.61, v, sine) for v in (slow, fast)]
         assert [row[1], row[3]] == [f"{x:.4f}" for x in expected]
         assert row[4] == f"{math.exp(sine):.4f}"  # equation 7, whose strength and factor are 1
-    assert "got it with a configuration" in refused("inspect", pair, "--json")
+    assert "--json: needs a table, and this is a configuration" in refused(
+        "inspect", pair, "--json"
+    )

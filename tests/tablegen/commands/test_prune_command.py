@@ -47,8 +47,8 @@ def test_a_scene_may_leave_the_pair_out(run, other):
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ((), "'--scene', '--dimension' or '--variables'"),
-        (("--variables", "u,x"), "'--variables': got 'u,x'"),
+        ((), "nothing says what to keep; give --scene, --dimension or --variables"),
+        (("--variables", "u,x"), "--variables: got 'u,x'"),
         (("--dimension", 2, "--variables", "u,w"), "domain.variables: got ['u', 'w']"),
         (("--scene", "nowhere"), "configuration: got 'nowhere'"),
     ],

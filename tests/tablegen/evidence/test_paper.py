@@ -115,11 +115,11 @@ def test_command_writes_every_figure_and_the_numbers(run, tiny, tmp_path, monkey
 def test_refusals_name_the_folder(refused, monkeypatch, tmp_path, place):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "taken").write_text("mine")
-    assert f"got {place}" in refused("figures", "--output", place).replace("/paper.html", "")
+    assert place.partition("/")[0] in refused("figures", "--output", place)
 
 
 def test_without_matplotlib_nothing_is_simulated(refused, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     monkeypatch.setattr(papers, "make_statistics", None)
     line = refused("figures", "--output", tmp_path / "x")
-    assert line.startswith("tablegen figures: needs matplotlib")
+    assert line.startswith("tablegen figures: matplotlib is not installed; run: pip")

@@ -25,7 +25,7 @@ def test_one_quantity_alone_does_not_decide_both_laws(quantity):
 def test_rows_with_and_without_a_speed_are_not_mixed():
     data = rows("alpha_deg,speed,e_n,e_t,source\n20,80,0.5,0.6,a\n40,,0.6,0.7,a\n")
     line = refused("rows", calibrate, data)
-    assert "got 1 of 2 rows without a speed, at 40 degrees" in line
+    assert "speed: is missing in 1 of 2 rows, at 40 degrees" in line
 
 
 @pytest.mark.parametrize("name", ["e_n", "e_t"])
