@@ -1,10 +1,14 @@
 """Nodes of a table, and the look-up that finds the cell of a condition.
 
 A quantile at a condition is interpolated linearly in the *fractional node index*. That index is
-tabulated at equal steps of the angle and of the speed, so the draw finds it without a search. It is
-linear in an abscissa: the square root of the angle (measured: EXPERIMENTS.md), and for the speed
-that in which the law of restitution is linear: exp(-coefficient V^exponent), a power of V, or V of
-a tabulated law. The angles and speeds of a tabulated law, where it bends, are nodes.
+tabulated at equal steps of the angle and of the speed, so the draw finds it without a search.
+
+- Between two angles it follows the means of rebounds (`tablegen.tables.angle_path`). Intervals are
+  divided in the square root of the angle.
+- Between two speeds it is linear in the abscissa in which the law of restitution is linear:
+  exp(-coefficient V^exponent), a power of V, or V of a tabulated law.
+
+The angles and speeds of a tabulated law, where it bends, are nodes.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,6 +20,7 @@ import numpy as np
 from sampler.errors import InputError
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
+from tablegen.tables.angle_path import path_index
 from tablegen.tables.intervals import Grid, Middle, Place
 
 #: Monotone function of an angle or speed in which interpolation is linear.
@@ -178,14 +183,14 @@ def _middle(axis: Abscissa, ends: tuple[float, float], fixed: bool) -> Middle:
     return middle
 
 
-def _lookup(field: str, nodes: FloatArray, axis: Abscissa) -> FloatArray:
-    """Tabulate the fractional node index at equal steps, piecewise linear in an abscissa."""
+def _lookup(field: str, nodes: FloatArray, index_at: Abscissa) -> FloatArray:
+    """Tabulate the fractional node index, a function of the angle or the speed, at equal steps."""
     numbers = np.arange(len(nodes), dtype=np.float64)
     if len(nodes) == 1:
         return np.zeros(LOOKUP_SIZES[0])
     for size in LOOKUP_SIZES:
         points = np.linspace(nodes[0], nodes[-1], size)
-        index = np.interp(axis(points), axis(nodes), numbers)
+        index = index_at(points)
         index[0], index[-1] = numbers[0], numbers[-1]
         if not (np.diff(index) > 0.0).all():
             raise InputError(
@@ -221,9 +226,17 @@ def _halfway(axis: Abscissa, low: float, high: float) -> float:
 def make_axes(config: Config, grid: Grid | None = None) -> Axes:
     """Make the axes of a grid, by default that of `first_grid`; refuses nodes too close."""
     alpha, speed = (np.array(nodes) for nodes in grid or first_grid(config))
+    path, numbers = path_index(config, alpha), np.arange(len(speed), dtype=np.float64)
+
+    def speed_index(values: FloatArray) -> FloatArray:
+        # the abscissa falls
+        return np.interp(-config.speed_coordinate(values), -config.speed_coordinate(speed), numbers)
+
     return Axes(
         alpha_deg=alpha,
         speed=speed,
-        alpha_coordinate=_lookup("table.alpha_nodes_deg", alpha, np.sqrt),
-        speed_coordinate=_lookup("table.speed_nodes", speed, lambda v: -config.speed_coordinate(v)),
+        alpha_coordinate=_lookup(
+            "table.alpha_nodes_deg", alpha, lambda values: np.interp(values, *path)
+        ),
+        speed_coordinate=_lookup("table.speed_nodes", speed, speed_index),
     )
