@@ -93,6 +93,15 @@ def settings() -> Any:
     return matplotlib.rc_context(_SETTINGS)
 
 
+def legend_below(figure: Any, columns: int = 3) -> None:
+    """Put one legend of all panels below them; the same label stands there once."""
+    handles: dict[str, Any] = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    figure.legend(handles.values(), handles, loc="outside lower center", ncols=columns)
+
+
 def written(figure: Any, name: str, title: str, alternative: str) -> Picture:
     """Write a figure to memory: the same figure gives the same bytes."""
     kind = name.rpartition(".")[2]

@@ -1,7 +1,7 @@
 """Comparison of simulated means and spreads with measured ones, as a record, text and JSON."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,9 +9,10 @@ import numpy as np
 
 from tablegen.config.config import Config
 from tablegen.config.defaults import COMPARE_COUNT
-from tablegen.measured.measurements import QUANTITIES, Measurements, impact_speeds
+from tablegen.measured.measurements import QUANTITIES, SPREAD, Measurements, impact_speeds
 from tablegen.measured.moments import SimulatedMoments
 from tablegen.measured.reader import read_measurements
+from tablegen.measured.result import ComparedNumber
 from tablegen.measured.simulated_rows import SimulatedRows
 from tablegen.model.float_array import FloatArray
 from tablegen.presentation import TextTable, table_lines
@@ -78,6 +79,22 @@ class MeasuredComparison:
     #: For each quantity that was measured.
     means: Mapping[str, Agreement]
     spreads: Mapping[str, Agreement]
+
+    def numbers(self) -> Iterator[ComparedNumber]:
+        """List all measured means and spreads beside the simulated ones."""
+        for agreements, end in ((self.means, ""), (self.spreads, SPREAD)):
+            for name, agreement in agreements.items():
+                for row in np.flatnonzero(np.isfinite(agreement.measured)).tolist():
+                    yield ComparedNumber(
+                        row=row,
+                        alpha_deg=float(self.measured.alpha_deg[row]),
+                        speed=float(self.speed[row]),
+                        column=name + end,
+                        measured=float(agreement.measured[row]),
+                        error=_number(agreement.measured_error[row]),
+                        simulated=float(agreement.simulated[row]),
+                        chance=float(agreement.simulated_error[row]),
+                    )
 
     @property
     def rms(self) -> float:

@@ -29,6 +29,9 @@ SPREAD = "_std"
 #: Impact speed [m/s] of rows without one if the rebounds do not depend on it.
 ANY_SPEED = 100.0
 
+#: Speeds that differ by less than this part are one.
+_SAME_SPEED = 0.03
+
 #: Rise of e_n with the angle from which angles are doubted: with known materials e_n falls.
 _RISE = 0.1
 
@@ -57,11 +60,15 @@ QUANTITIES: Mapping[str, Quantity] = {
         0, "e_t, tangential restitution u+/u-", r"tangential restitution $u^+/u^-$", tolerance=0.03
     ),
     "rebound_angle_deg": Quantity(
-        2, "rebound angle from the wall [degrees]", "rebound angle [°]", digits=2, tolerance=2.0
+        2,
+        "rebound angle from the wall [degrees]",
+        "rebound angle from the wall [°]",
+        digits=2,
+        tolerance=2.0,
     ),
     # by symmetry its mean is 0
     "out_of_plane_deg": Quantity(
-        3, "angle out of the impact plane [degrees]", "angle out of the plane [°]", digits=2
+        3, "angle out of the impact plane [degrees]", "angle out of the impact plane [°]", digits=2
     ),
     "omega_z": Quantity(4, "omega_z, spin times a/V", r"spin $\Omega_z^+\,a/V$"),
 }
@@ -133,3 +140,17 @@ def impact_speeds(
             remedy="give the speed of these rows in m/s, because the restitution depends on it",
         )
     return np.where(unstated, ANY_SPEED if speed is None else speed, measured.speed)
+
+
+def distinct_speeds(speed: FloatArray, most: int) -> list[float]:
+    """List the speeds that stand for stated ones [m/s], given in rising order; empty if none is.
+
+    Speeds that nearly agree are one, their median. If more than `most` are left, so many from the
+    lowest to the highest are returned, with equal ratios.
+    """
+    if speed.size == 0:
+        return []
+    groups = np.split(speed, np.flatnonzero(np.diff(np.log(speed)) > _SAME_SPEED) + 1)
+    if len(groups) > most:
+        return [float(v) for v in np.geomspace(speed[0], speed[-1], most).round(3)]
+    return [float(np.median(group)) for group in groups]

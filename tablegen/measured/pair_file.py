@@ -14,7 +14,7 @@ from tablegen.config.config import Config, parse_config
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.scenes import Tree, merged
 from tablegen.measured.fit_text import fit_lines
-from tablegen.measured.measurements import ANY_SPEED, Measurements
+from tablegen.measured.measurements import ANY_SPEED, Measurements, distinct_speeds
 from tablegen.measured.result import Calibration, ComparedNumber, Fit
 from tablegen.model.float_array import FloatArray
 from tablegen.presentation import table_lines
@@ -28,8 +28,8 @@ _ANGLES = [5.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]
 #: Least distance [degrees] of a further angle.
 _APART = 2.5
 
-#: Speeds that differ by less than this part are one; most speeds of a table of restitution.
-_SAME_SPEED, _MOST_SPEEDS = 0.03, 4
+#: Most speeds of a table of restitution.
+_MOST_SPEEDS = 4
 
 #: A law that starts a fit: resistance, tangential restitution of spheres, and restitution where
 #: none was measured.
@@ -51,7 +51,8 @@ def starting_config(data: Measurements, population: Tree) -> Config:
     """Make a pair with tabulated laws, or those of spheres, to start a fit from."""
     stated = np.sort(data.speed[np.isfinite(data.speed)])
     law: Tree = {"law": "tabulated", "angle_deg": _ANGLES, "source": _NONE}
-    restitution = {**law, "speed": _speeds_of(stated), "value": _restitutions(data, stated)}
+    speeds = distinct_speeds(stated, _MOST_SPEEDS) or [ANY_SPEED]
+    restitution = {**law, "speed": speeds, "value": _restitutions(data, len(speeds))}
     resistance: Tree = {**law, "value": [_RESISTANCE] * len(_ANGLES)}
     if {name for name, weight in population["shapes"].items() if weight} == {"sphere"}:
         resistance |= {"law": "coulomb", "static": _RESISTANCE / 3, "dynamic": _RESISTANCE / 3}
@@ -93,26 +94,15 @@ def with_angles(start: Config, angles: Collection[float]) -> Config:
     return start.with_changes({"pair": changes})
 
 
-def _speeds_of(stated: FloatArray) -> list[float]:
-    """Choose the speeds of a table of restitution: the stated ones, or four between their ends."""
-    if stated.size == 0:
-        return [ANY_SPEED]
-    steps = np.flatnonzero(np.diff(np.log(stated)) > _SAME_SPEED)
-    groups = np.split(stated, steps + 1)
-    if len(groups) > _MOST_SPEEDS:
-        return [float(v) for v in np.geomspace(stated[0], stated[-1], _MOST_SPEEDS).round(3)]
-    return [float(np.median(group)) for group in groups]
-
-
-def _restitutions(data: Measurements, stated: FloatArray) -> list[list[float]]:
-    """Begin with the restitution of the mass centre."""
+def _restitutions(data: Measurements, speeds: int) -> list[list[float]]:
+    """Begin with the restitution of the mass centre, the same at each of some speeds."""
     e_n = data.moments["e_n"].mean
     known = np.flatnonzero(np.isfinite(e_n))
     order = known[np.argsort(data.alpha_deg[known], kind="stable")]
     values = np.full(len(_ANGLES), _RESTITUTION)
     if order.size:
         values = np.interp(_ANGLES, data.alpha_deg[order], e_n[order]).clip(0.05, 0.95)
-    return [[float(value)] * len(_speeds_of(stated)) for value in values]
+    return [[float(value)] * speeds for value in values]
 
 
 def fitted_config(

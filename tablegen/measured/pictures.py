@@ -1,157 +1,235 @@
 """Pictures of measured and simulated rebounds against the impact angle."""
 
-from collections.abc import Sequence
-from itertools import groupby
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from tablegen.config.complaints import shown
+from tablegen.config.config import Config
+from tablegen.config.law_text import law_at
 from tablegen.measured.compare import MeasuredComparison
-from tablegen.measured.measurements import QUANTITIES, SPREAD
-from tablegen.measured.result import Calibration, ComparedNumber, Fit
-from tablegen.presentation import ANGLE_LABEL, COLOURS, Picture, new_figure, settings, written
+from tablegen.measured.measurements import ANY_SPEED, QUANTITIES, SPREAD, distinct_speeds
+from tablegen.measured.result import Calibration, ComparedNumber
+from tablegen.model.float_array import FloatArray
+from tablegen.presentation import (
+    ANGLE_LABEL,
+    COLOURS,
+    Picture,
+    legend_below,
+    new_figure,
+    settings,
+    written,
+)
 
-#: Colours and line styles of the simulations of a comparison, one for each speed, repeated.
-_COLOURS = tuple(COLOURS[name] for name in ("ellipsoid", "truncated-prism", "tetrahedron"))
-_LINES = ("-", "--", "-.", ":")
+#: Colours of speeds. There are no more speeds than colours, because near ones are drawn as one.
+_COLOURS = tuple(COLOURS[name] for name in ("ellipsoid", "prism", "truncated-prism", "tetrahedron"))
+
+#: Colour of a law that holds at every speed.
+_ANY_SPEED = COLOURS["mixture"]
+
+#: Laws of a pair, with the labels of their ordinates.
+_LAWS = {"restitution": "law of restitution, $a_{nc}$", "resistance": "law of resistance, $C_f$"}
+
+#: Angles at which a law without knots is drawn [degrees].
+_FINE = tuple(np.linspace(1.0, 90.0, 90).tolist())
+
+#: Width and height of a panel, and height of title and legend [inches].
+_WIDTH, _HEIGHT, _MARGIN = 3.6, 2.8, 1.4
+
+
+class _Look(NamedTuple):
+    """Look of the rows of one speed, in all panels."""
+
+    #: m/s; None if no row states one.
+    speed: float | None
+    colour: str
+    #: What a legend says of the speed; empty if there is one only.
+    words: str
+
+
+class _LawCurve(NamedTuple):
+    """A curve of a contact law."""
+
+    angle_deg: Sequence[float]
+    value: FloatArray
+    #: m/s; None if the law does not depend on it.
+    speed: float | None
+    #: What a legend says of the curve; empty if the label of the ordinate says all.
+    words: str = ""
+    style: str = "-"
 
 
 def comparison_picture(comparison: MeasuredComparison, name: str) -> Picture:
-    """Draw a panel for each measured quantity: means with bands of one standard deviation.
+    """Draw measured means and spreads beside simulated ones, a panel for each.
 
     The ending of the name of the file selects the format.
     """
-    quantities = list(comparison.means)
-    columns = min(len(quantities), 2)
-    lines = -(-len(quantities) // columns)
+    title = f"{comparison.pair}, simulated, beside {comparison.measured.name}, measured"
+    return _picture(list(comparison.numbers()), None, title, name)
+
+
+def fit_picture(calibration: Calibration, name: str) -> Picture:
+    """Draw means and spreads beside those of the chosen fit, and the fitted laws.
+
+    The ending of the name of the file selects the format.
+    """
+    fit = calibration.chosen
+    title = f"{fit.config.name}: fitted to measured rebounds, {fit.grains} grains"
+    return _picture(fit.numbers, fit.config, title, name)
+
+
+def _picture(
+    numbers: Sequence[ComparedNumber], config: Config | None, title: str, name: str
+) -> Picture:
+    """Draw a panel for each column of numbers, and one for each law of a configuration, if any.
+
+    A spread stands below its mean, and the resistance below the restitution.
+    """
+    columns = _columns(numbers, laws=config is not None)
+    height = max(len(column) for column in columns)
+    looks, bars = _looks(numbers), _words_of_bars(numbers)
     with settings():
-        figure = new_figure(4.6 * columns + 0.4, 3.7 * lines + 0.7)
-        panels = figure.subplots(lines, columns, squeeze=False).flat
-        for axes, quantity in zip(panels, quantities, strict=False):
-            _draw_panel(axes, comparison, quantity)
-        for axes in list(panels)[len(quantities) :]:
-            axes.remove()
-        handles: dict[str, Any] = {}
-        for axes in figure.axes:
-            handles |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
-        figure.legend(handles.values(), handles, loc="outside lower center", ncols=2)
-        title = f"{comparison.pair} beside {comparison.measured.name}"
-        alternative = (
-            f"{len(quantities)} plots against the impact angle: means and standard deviations "
-            f"measured ({comparison.measured.name}) and simulated ({comparison.pair})."
-        )
+        figure = new_figure(0.4 + _WIDTH * len(columns), _MARGIN + _HEIGHT * height)
+        panels = figure.subplots(height, len(columns), squeeze=False)
+        for column, stack in zip(columns, panels.T, strict=True):
+            spread_alone = len(column) == 1 and column[0].endswith(SPREAD)
+            stack = stack[::-1] if spread_alone else stack
+            for content, axes in zip(column, stack, strict=False):
+                axes.set(xlim=(0, 92), xticks=range(0, 91, 15), ylabel=_label(content, config))
+                if content in _LAWS:
+                    assert config is not None  # only then there are laws
+                    _draw_law(axes, config, content, looks)
+                else:
+                    part = [number for number in numbers if number.column == content]
+                    _draw_numbers(axes, part, looks, bars)
+            for axes in stack[len(column) :]:
+                axes.remove()
+        legend_below(figure)
+        figure.suptitle(title, fontsize=12)
+        contents = ", ".join(content for column in columns for content in column)
+        alternative = f"Measured and simulated numbers against the impact angle: {contents}."
         return written(figure, name, title, alternative)
 
 
-def _draw_panel(axes: Any, comparison: MeasuredComparison, quantity: str) -> None:
-    """Draw a simulated line with a band for each speed, and measured points with bars."""
-    mean, spread = comparison.means[quantity], comparison.spreads[quantity]
-    alpha, rows = comparison.measured.alpha_deg, np.isfinite(mean.measured)
-    speeds = np.unique(comparison.speed[rows])
-    for k, speed in enumerate(speeds):
-        of = np.flatnonzero(rows & (comparison.speed == speed))
-        of = of[np.argsort(alpha[of], kind="stable")]
-        x, y, s = alpha[of], mean.simulated[of], spread.simulated[of]
-        colour, line = _COLOURS[k % len(_COLOURS)], _LINES[k % len(_LINES)]
-        label = f"simulated, {comparison.pair}" + (f", {speed:g} m/s" if speeds.size > 1 else "")
-        axes.plot(x, y, color=colour, linestyle=line, label=label)
-        band = f"{label}, ± 1 standard deviation"
-        axes.fill_between(x, y - s, y + s, color=colour, alpha=0.18, linewidth=0, label=band)
-    bars = np.isfinite(spread.measured) & rows
-    label = f"measured, {comparison.measured.name}"
-    axes.errorbar(
-        alpha[rows],
-        mean.measured[rows],
-        yerr=np.where(bars, spread.measured, 0.0)[rows] if bars.any() else None,
-        color=COLOURS["prism"],
-        linestyle="none",
-        marker="o",
-        markersize=5,
-        capsize=3,
-        label=f"{label}, ± 1 standard deviation" if bars.any() else label,
-    )
-    axes.set(xlabel=ANGLE_LABEL, ylabel=QUANTITIES[quantity].label, xlim=(0, 92))
-    axes.set_xticks(range(0, 91, 15))
+def _columns(numbers: Sequence[ComparedNumber], laws: bool) -> list[list[str]]:
+    """Arrange the names of panels in columns of one or two.
 
-
-def fit_picture(made: Calibration, name: str) -> Picture:
-    """Draw measured and simulated numbers of the chosen fit, its spreads, and both laws.
-
-    The ending of the name of the file selects the format. Each speed has one colour in all panels;
-    a spread without its mean, as that out of the plane, has a panel too.
+    By symmetry the mean angle out of the plane is 0, so if only its spread was measured, there is
+    no panel of the mean.
     """
-    fit = made.chosen
-    quantities = [q for q in QUANTITIES if _numbers_of(fit, q)]
-    spreads = [q + SPREAD for q in QUANTITIES if _numbers_of(fit, q + SPREAD)]
-    speeds = sorted({number.speed for number in fit.numbers}, key=lambda speed: speed or 0.0)
-    with settings():
-        columns = [*quantities, *spreads]
-        rows = 1 + bool(spreads)
-        width = -(-(len(columns) + 2) // rows)
-        figure = new_figure(0.6 + 3.6 * width, 1.3 + 2.6 * rows)
-        panels = list(figure.subplots(rows, width, squeeze=False).flat)
-        for ax, column in zip(panels, columns, strict=False):
-            label = QUANTITIES[column.removesuffix(SPREAD)].label
-            ax.set_ylabel(f"spread of {label}" if column in spreads else label)
-            ax.set_xlabel(ANGLE_LABEL)
-            _draw_numbers(ax, _numbers_of(fit, column), speeds)
-        of_laws = panels[len(columns) : len(columns) + 2]
-        for ax, law in zip(of_laws, ("restitution", "resistance"), strict=True):
-            _draw_law(ax, getattr(fit.config.pair, law), speeds)
-            ax.set(xlabel="angle at the contact [°]", ylabel=f"law of {law}")
-        for ax in panels[len(columns) + 2 :]:
-            ax.remove()
-        handles: dict[str, Any] = {}
-        for ax in figure.axes:
-            handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-        figure.legend(handles.values(), handles, loc="outside lower center", ncols=3)
-        title = f"{made.config.name}: measured and fitted rebounds, {fit.grains} grains"
-        words = f"{title}: means, spreads and both laws against the angle"
-        return written(figure, name, title, words)
+    measured = {number.column for number in numbers if number.measured or number.tolerance}
+    pairs = [
+        [column for column in (quantity, quantity + SPREAD) if column in measured]
+        for quantity in QUANTITIES
+    ]
+    single = [pair[0] for pair in pairs if len(pair) == 1]
+    columns = [pair for pair in pairs if len(pair) == 2]
+    step = 2 if columns or laws else 1
+    columns += [single[k : k + step] for k in range(0, len(single), step)]
+    return columns + [list(_LAWS)] * laws
 
 
-def _numbers_of(fit: Fit, column: str) -> list[ComparedNumber]:
-    """Select the numbers of a column, in the order of speeds and angles."""
-    numbers = [number for number in fit.numbers if number.column == column]
-    return sorted(numbers, key=lambda number: (number.speed or 0.0, number.alpha_deg))
+def _label(content: str, config: Config | None) -> str:
+    """Give the label of the ordinate of a panel."""
+    if content == "resistance" and config and config.pair.resistance.law == "coulomb":
+        return "law of friction"
+    if content in _LAWS:
+        return _LAWS[content]
+    label = QUANTITIES[content.removesuffix(SPREAD)].label
+    return f"standard deviation of\n{label}" if content.endswith(SPREAD) else f"mean {label}"
 
 
-def _look_of(speed: float | None, speeds: Sequence[float | None]) -> tuple[str, str, str]:
-    """Choose the colour and the line style of a speed, and its words in a legend."""
-    k = min(range(len(speeds)), key=lambda k: abs((speeds[k] or 0.0) - (speed or 0.0)))
-    words = "" if speed is None or len(speeds) < 2 else f", {speed:g} m/s"
-    return _COLOURS[k % len(_COLOURS)], _LINES[k // len(_COLOURS) % len(_LINES)], words
+def _looks(numbers: Sequence[ComparedNumber]) -> list[_Look]:
+    """Give each speed a colour; speeds that nearly agree are one."""
+    stated = np.array(sorted(one.speed for one in numbers if one.speed is not None))
+    speeds = distinct_speeds(stated, len(_COLOURS))
+    if len(speeds) < 2:
+        return [_Look(speeds[0] if speeds else None, _COLOURS[0], "")]
+    return [
+        _Look(speed, colour, f", {'' if speed in stated else 'about '}{speed:.3g} m/s")
+        for speed, colour in zip(speeds, _COLOURS, strict=False)
+    ]
 
 
-def _draw_numbers(ax: Any, numbers: list[ComparedNumber], speeds: Sequence[float | None]) -> None:
-    """Draw measured numbers with their errors, and a simulated line for each speed."""
-    known = any(one.error for one in numbers)
-    for speed, group in groupby(numbers, key=lambda number: number.speed):
-        part, (colour, line, label) = list(group), _look_of(speed, speeds)
-        angle = [one.alpha_deg for one in part]
-        simulated = [one.simulated for one in part]
-        ax.plot(angle, simulated, line, color=colour, label=f"simulated{label}")
-        bars = [(one.error if known else one.tolerance) or 0.0 for one in part]
-        words = f"measured{label}, with {'standard error' if known else 'tolerance'}"
-        if not any(bars):
-            words = f"measured{label}"
-        look = {"fmt": "o", "ms": 4, "color": colour, "mfc": "white", "capsize": 2}
-        ax.errorbar(angle, [one.measured for one in part], bars, label=words, **look)
+def _nearest(looks: Sequence[_Look], speed: float | None) -> _Look:
+    """Find the look of a speed."""
+    return min(looks, key=lambda look: abs((look.speed or 0.0) - (speed or 0.0)))
 
 
-def _draw_law(ax: Any, law: Any, speeds: Sequence[float | None]) -> None:
-    """Draw a tabulated law, a curve for each of its speeds; others have their numbers written."""
-    if law.law != "tabulated":
-        numbers = law.model_dump(exclude={"source", "law", "valid_speed"}, exclude_none=True)
-        text = "\n".join([law.law, *(f"{k} = {shown(v)}" for k, v in numbers.items())])
-        ax.text(0.05, 0.95, text, transform=ax.transAxes, va="top", fontsize=7)
-        return
-    values = np.array(law.value).reshape(len(law.angle_deg), -1)
-    of = law.speed if values.shape[1] > 1 else [speeds[0]]
-    for column, speed in zip(values.T, of, strict=True):
-        colour, line, label = _look_of(speed, speeds)
-        shade = colour if values.shape[1] > 1 or len(speeds) < 2 else "#000000"
-        words = "law" + (label if values.shape[1] > 1 else "")
-        ax.plot(law.angle_deg, column, line, color=shade, marker="s", ms=3, label=words)
-    ax.set_ylim(bottom=0.0)
+def _words_of_bars(numbers: Sequence[ComparedNumber]) -> str:
+    """Say what the bars of all panels are; empty if there are none."""
+    if any(number.error for number in numbers):
+        return " ± standard error"
+    return " ± tolerance of the fit" if any(number.tolerance for number in numbers) else ""
+
+
+def _draw_numbers(
+    axes: Any, numbers: Sequence[ComparedNumber], looks: Sequence[_Look], bars: str
+) -> None:
+    """Draw measured points with bars, and a simulated line for each speed."""
+    with_errors = any(number.error for number in numbers)
+    for look in looks:
+        part = [number for number in numbers if _nearest(looks, number.speed) is look]
+        part.sort(key=lambda number: number.alpha_deg)
+        if not part:
+            continue
+        angle = [number.alpha_deg for number in part]
+        simulated = [number.simulated for number in part]
+        lengths = [(one.error if with_errors else one.tolerance) or 0.0 for one in part]
+        axes.plot(angle, simulated, color=look.colour, label=f"simulated{look.words}")
+        axes.errorbar(
+            angle,
+            [number.measured for number in part],
+            lengths if any(lengths) else None,
+            fmt="o",
+            markersize=4.5,
+            color=look.colour,
+            markerfacecolor="white",
+            capsize=2.5,
+            label=f"measured{look.words}{bars}",
+        )
+    axes.set_xlabel(ANGLE_LABEL)
+
+
+def _draw_law(axes: Any, config: Config, name: str, looks: Sequence[_Look]) -> None:
+    """Draw a law over the angle at the contact, with a curve for each speed if it has several."""
+    curves = list(_law_curves(config, name, looks))
+    for curve in curves:
+        any_speed = curve.speed is None and len(looks) > 1
+        axes.plot(
+            curve.angle_deg,
+            curve.value,
+            curve.style,
+            color=_ANY_SPEED if any_speed else _nearest(looks, curve.speed).colour,
+            marker="s" if 2 < len(curve.angle_deg) < len(_FINE) else "",
+            markersize=3.5,
+            label=curve.words or ("law, any speed" if any_speed else None),
+        )
+    values = np.concatenate([curve.value for curve in curves])
+    axes.set_ylim(1.08 * min(values.min(), 0.0), 1.08 * max(values.max(), 0.1))
+    axes.set_xlabel("angle at the contact [°]")
+
+
+def _law_curves(config: Config, name: str, looks: Sequence[_Look]) -> Iterator[_LawCurve]:
+    """List the curves of a law: its knots, or values at many angles of a law without knots."""
+    law: Any = getattr(config.pair, name)
+    if law.law == "tabulated":
+        values = np.array(law.value).reshape(len(law.angle_deg), -1)
+        speeds = law.speed if values.shape[1] > 1 else [None]
+        for value, speed in zip(values.T, speeds, strict=True):
+            yield _LawCurve(law.angle_deg, value, speed)
+    elif law.law == "coulomb":
+        kinds = {"dynamic": "--"} | ({} if config.population.only_spheres else {"static": ":"})
+        for kind, style in kinds.items():
+            value = np.full(2, getattr(law, kind))
+            yield _LawCurve((0.0, 90.0), value, None, f"{kind} coefficient of friction", style)
+        if law.tangential_restitution:
+            angles = law.angle_deg or (0.0, 90.0)
+            value = np.broadcast_to(law.tangential_restitution, len(angles))
+            yield _LawCurve(angles, value, None, "tangential restitution of a sphere")
+    else:
+        depends = name == "restitution" and law.depends_on_speed
+        for look in looks if depends else looks[:1]:
+            speed = look.speed or ANY_SPEED
+            value = np.array([law_at(config, name, angle, speed) for angle in _FINE])
+            yield _LawCurve(_FINE, value, look.speed if depends else None)

@@ -29,6 +29,9 @@ REQUIRED = ("alpha_deg", "source")
 
 _MOST_ROWS = 10_000
 
+#: Quantity whose spread may stand without its mean.
+_OUT = "out_of_plane_deg"
+
 #: Largest omega_z a/V: the energy of the impact spins a fibre of b/a = 0.1 by 16.
 _MOST_SPIN = 20.0
 
@@ -177,6 +180,8 @@ def _numbers_of_row(row: _Line) -> dict[str, float]:
         if not row.cell(column):
             raise row.refusal("an empty cell", "a value in every row", column)
     values = {column: _number(row, column) for column in NUMBERS}
+    if math.isnan(values[_OUT]) and not math.isnan(values[_OUT + SPREAD]):
+        values[_OUT] = 0.0  # by symmetry: few measure this mean
     for column, value in values.items():
         if math.isnan(value):
             continue

@@ -107,18 +107,52 @@ def test_json_has_every_number_and_null_for_none(found):
     assert summary["spread_rms_deviation"] is None
 
 
-def test_picture_draws_measured_and_simulated_numbers(found, monkeypatch):
+@pytest.fixture
+def drawn(monkeypatch):
+    """Figures as they are before they are written."""
     pytest.importorskip("matplotlib")
-    drawn = []
+    figures = []
     monkeypatch.setattr(
-        "tablegen.measured.pictures.written", lambda figure, *_: drawn.append(figure)
+        "tablegen.measured.pictures.written", lambda figure, *_: figures.append(figure)
     )
+    return figures
+
+
+def panels(figure):
+    return {axes.get_ylabel().split(" $")[0]: axes for axes in figure.axes}
+
+
+def test_picture_draws_measured_and_simulated_numbers(found, drawn):
     comparison_picture(found, "x.svg")
-    axes, mean = drawn[0].axes[0], found.means["e_n"]
-    line = next(one for one in axes.lines if one.get_label() == "simulated, grant-tabakoff-1975")
-    np.testing.assert_array_equal(line.get_ydata(), mean.simulated)
+    axes, mean = panels(drawn[0]), found.means["e_n"]
+    assert set(axes) == {
+        "mean normal restitution",
+        "standard deviation of\nnormal restitution",
+        "mean tangential restitution",
+    }
+    axes = axes["mean normal restitution"]
+    np.testing.assert_array_equal(axes.lines[0].get_ydata(), mean.simulated)
     (points,) = axes.containers
     np.testing.assert_array_equal(points.lines[0].get_ydata(), mean.measured)
     bars = points.lines[2][0].get_segments()
-    np.testing.assert_allclose(bars[0][:, 1], [0.4, 0.8])
-    np.testing.assert_allclose(bars[2][:, 1], 0.2)  # no spread was measured
+    np.testing.assert_allclose(bars[0][:, 1], [0.59, 0.61])  # 0.2 over the root of 400
+    np.testing.assert_allclose(bars[2][:, 1], 0.2)  # neither a spread nor a count
+
+
+def test_picture_has_one_look_for_each_speed_and_no_panel_without_data(drawn):
+    rows = [f"{a},{v},0.5,0.6,4,50,s" for v in (40, 41, 80) for a in (30, 60)]
+    columns = "alpha_deg,speed,e_n,e_t,out_of_plane_deg_std,count,source"
+    text = "\n".join([columns, *rows])
+    comparison_picture(compare(GRANT, parse_measurements(text, "m", "m.csv"), count=2), "x.svg")
+    axes = panels(drawn[0])
+    assert len(axes) == 3
+    assert "standard deviation of\nangle out of the impact plane [°]" in axes
+    # 40 and 41 m/s are one speed
+    words = ["simulated, about 40.5 m/s", "simulated, 80 m/s"]
+    for one in axes.values():
+        assert [line.get_label() for line in one.lines if "sim" in line.get_label()] == words
+        colours = [points.lines[0].get_color() for points in one.containers]
+        assert colours == [line.get_color() for line in one.lines if "sim" in line.get_label()]
+        assert len(set(colours)) == 2
+    (legend,) = drawn[0].legends
+    assert len(legend.get_texts()) == 4

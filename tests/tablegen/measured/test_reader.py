@@ -45,6 +45,12 @@ def test_a_file_is_read(tmp_path):
     assert found.remarks == ("first", "", 'with # "quotes" in')
 
 
+def test_a_spread_out_of_the_plane_needs_no_mean():
+    found = read("alpha_deg,e_n,out_of_plane_deg_std,source\n30,0.5,4,s\n60,0.4,,s\n")
+    np.testing.assert_array_equal(found.moments["out_of_plane_deg"].mean, [0.0, np.nan])
+    np.testing.assert_array_equal(found.moments["out_of_plane_deg"].std, [4.0, np.nan])
+
+
 def row(cells, columns="alpha_deg,speed,e_n,e_n_std,e_t,source"):
     return f"{columns}\n{cells}\n"
 
