@@ -38,21 +38,21 @@ def figures(
 ) -> int:
     """Draw Figures 3 to 10, 12 and 13 of Panfilov & Tsirkunov (2022), with numbers beside its own.
 
-    Each shape and the mixture come from direct simulation at 200 m/s and angles from 5 to 90
-    degrees; the mixture also from the table. The folder gets figure-03.svg to figure-13.svg, and
-    paper.html with all of them and a table of our numbers beside what the paper says of its pair
-    and particles, corundum-steel.
+    Each shape and the mixture are simulated at 200 m/s, or the nearest speed of the table at which
+    its pair was measured, and at angles from 5 to 90 degrees; the mixture is also drawn from the
+    table. The folder gets figure-03.svg to figure-13.svg, and paper.html with all of them. For
+    corundum-steel, the paper's pair, the page also has tables of our numbers beside the paper's.
     """
-    import sampler
     from tablegen.config.config import stored_config
+    from tablegen.evidence.methods import load_whole
     from tablegen.evidence.paper import PAGE, make_paper
     from tablegen.presentation import require_matplotlib
 
     require_matplotlib("tablegen figures")
-    made = [*output.glob("figure-*"), output / PAGE]
-    for file in made if output.exists() else [output]:
+    files_before = [*output.glob("figure-*"), output / PAGE]
+    for file in files_before if output.exists() else [output]:
         shared.check_written(file)
-    loaded = sampler.load(table)
+    loaded = load_whole(table)
     config = stored_config(loaded.config, f"{table}: config")
     particles = count or (FIGURES_QUICK_COUNT if quick else FIGURES_COUNT)
     files = make_paper(loaded, config, particles, seed, progress)

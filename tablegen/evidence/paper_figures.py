@@ -1,6 +1,6 @@
 """Figures 3 to 10, 12 and 13 of the paper, drawn from `FigureStatistics`."""
 
-from itertools import chain, product
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from tablegen.presentation import (
     SYMBOLS,
     TABLE_COLOUR,
     Picture,
+    legend_below,
     new_figure,
     settings,
     written,
@@ -38,12 +39,15 @@ _CURVES = (
     (10, "Most probable energies", (("translational", "mode"), ("rotational", "mode"))),
 )
 
-#: Figures of densities: number, variable, title, and limits of the abscissa.
+#: Figures of densities: number, variable, and title.
 _DENSITIES = (
-    (5, "u", "Densities of the tangential velocity", (-0.6, 0.95)),
-    (6, "v", "Densities of the normal velocity", (0.0, 0.65)),
-    (8, "omega_z", "Densities of the angular velocity", (-1.6, 1.2)),
+    (5, "u", "Densities of the tangential velocity"),
+    (6, "v", "Densities of the normal velocity"),
+    (8, "omega_z", "Densities of the angular velocity"),
 )
+
+#: Part of the highest density below which tails are not drawn.
+_TAIL = 0.004
 
 #: Angles of the densities with their colours and line styles, and angles of the indicatrices.
 _DENSITY_ANGLES = {
@@ -55,11 +59,21 @@ _DENSITY_ANGLES = {
 }
 _INDICATRIX_ANGLES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 
-#: Label of what is simulated with twice the resistance.
-_DOUBLED_LABEL = "mixture, twice the resistance"
+#: Figures of spins, and what to know of both kinds.
+_SPINS = (7, 8)
+_SPIN_WORDS = (
+    "Simulated spins are those at the departure, as in the paper; the table holds means over the "
+    "tumbling after it, which are a little smaller."
+)
+
+#: Bins over which a spatial indicatrix is smoothed.
+_BLUR = 3.0
+
+#: Words on what is simulated with twice the resistance.
+_DOUBLED_WORDS = "twice the resistance"
 
 
-#: What to see in each figure.
+#: What to see in each figure of the paper's pair.
 _TO_SEE = {
     3: "Means and most probable values differ, because the densities are skewed (Figure 5).",
     4: "The normal velocity falls towards normal impact, and its mean is above its mode.",
@@ -86,8 +100,24 @@ def paper_pictures(statistics: FigureStatistics) -> list[Picture]:
     return sorted(pictures, key=lambda picture: picture.name)
 
 
-def _numbered(figure: Any, number: int, title: str, alternative: str, kind: str = "svg") -> Picture:
-    title = f"Figure {number}. {title}. {_TO_SEE[number]}"
+def _grains(statistics: FigureStatistics) -> str:
+    """Name the whole population: a mixture if it has several shapes."""
+    return MIXTURE if set(statistics.curves) > {MIXTURE, TABLE} else "grains"
+
+
+def _numbered(
+    statistics: FigureStatistics,
+    figure: Any,
+    number: int,
+    title: str,
+    alternative: str,
+    kind: str = "svg",
+) -> Picture:
+    title = f"Figure {number}. {title}."
+    if statistics.of_paper:
+        title = f"{title} {_TO_SEE[number]}"
+    if number in _SPINS:
+        title = f"{title} {_SPIN_WORDS}"
     return written(figure, f"figure-{number:02d}.{kind}", title, alternative)
 
 
@@ -105,26 +135,31 @@ def _curve_figure(
             if (which, quantity) == ("mode", "u") and having and having[-1].alpha_deg == 90.0:
                 # of two equal maxima at normal impact the paper shows the positive one
                 values[-1] = abs(values[-1])
-            _draw_curve(axes, name, [s.alpha_deg for s in having], values)
+            label = _grains(statistics) if name in (MIXTURE, TABLE, DOUBLED) else name
+            _draw_curve(axes, name, label, [s.alpha_deg for s in having], values)
         words = "most probable" if which == "mode" else "mean"
         axes.set(xlabel=ANGLE_LABEL, ylabel=f"{words} {SYMBOLS[quantity]}", xlim=(0, 92))
         axes.set_xticks(range(0, 91, 15))
-        axes.set_title(f"({letter})", loc="left")
-    handles, labels = columns[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
-    return _numbered(figure, number, title, f"{title} of each shape, the mixture and the table.")
+        axes.set_title(f"({letter}) {words}", loc="left")
+    legend_below(figure)
+    return _numbered(
+        statistics, figure, number, title, f"{title} of each shape, the mixture and the table."
+    )
 
 
-def _draw_curve(axes: Any, name: str, x: list[float], y: FloatArray) -> None:
+def _draw_curve(axes: Any, name: str, label: str, x: list[float], y: FloatArray) -> None:
+    if not x:
+        return
     if name == DOUBLED:
-        axes.plot(x, y, color=COLOURS[MIXTURE], linestyle="--", label=_DOUBLED_LABEL)
+        axes.plot(x, y, color=COLOURS[MIXTURE], linestyle="--", label=f"{label}, {_DOUBLED_WORDS}")
     elif name != TABLE:
         look = {"color": COLOURS[name], "marker": MARKERS[name], "markersize": 4}
         width = 2.2 if name == MIXTURE else 1.2
-        axes.plot(x, y, linewidth=width, label=f"{name}, direct", **look)
-    elif x:
+        axes.plot(x, y, linewidth=width, label=f"{label}, simulated", **look)
+    else:
         look = {"color": TABLE_COLOUR, "marker": "o", "markersize": 9, "markeredgewidth": 1.8}
-        axes.plot(x, y, "none", markerfacecolor="none", label="mixture, table", **look)
+        look |= {"linestyle": "none", "markerfacecolor": "none"}
+        axes.plot(x, y, label=f"{label}, table", **look)
 
 
 def _density(counts: FloatArray, size: int, width: float) -> FloatArray:
@@ -132,42 +167,49 @@ def _density(counts: FloatArray, size: int, width: float) -> FloatArray:
     return np.asarray(gaussian_filter1d(counts, 1.0)) / (size * width)
 
 
-def _density_figure(
-    statistics: FigureStatistics, number: int, name: str, title: str, limits: tuple[float, float]
-) -> Picture:
-    """Densities of ellipsoids and prisms, as in the paper, and of the mixture."""
+def _density_figure(statistics: FigureStatistics, number: int, name: str, title: str) -> Picture:
+    """Densities of two shapes, in the paper ellipsoids and prisms, and of the mixture."""
     low, high, bins = DENSITY[name]
     centres = low + (np.arange(bins) + 0.5) * (high - low) / bins
-    figure = new_figure(11.5, 4.3)
-    panels = dict(zip(("ellipsoid", "prism", MIXTURE), figure.subplots(1, 3), strict=True))
-    for (alpha_deg, (colour, style)), shape in product(_DENSITY_ANGLES.items(), (*panels, TABLE)):
-        sample = statistics.curves[shape].get(alpha_deg)
-        if sample is None:
-            continue
-        density = _density(sample.density[name], sample.count, (high - low) / bins)
-        if shape == MIXTURE:
-            panels[shape].fill_between(centres, density, color=colour, alpha=0.28, linewidth=0)
-        elif shape == TABLE:
-            panels[MIXTURE].plot(centres, density, color=colour, linewidth=1.1)
-        else:
-            look = {"color": colour, "linestyle": style, "label": f"{alpha_deg:g}°"}
-            panels[shape].plot(centres, density, **look)
-    titles = ("(a) ellipsoids, direct", "(b) prisms, direct", "mixture: direct areas, table lines")
-    for axes, words in zip(panels.values(), titles, strict=True):
-        axes.set(xlabel=SYMBOLS[name], xlim=limits)
+    shapes = [*(shape for shape in statistics.curves if shape not in (MIXTURE, TABLE))][:2]
+    figure = new_figure(0.5 + max(3.7 * (len(shapes) + 1), 6.0), 4.5)
+    panels = figure.subplots(1, len(shapes) + 1, squeeze=False)[0]
+    shown = np.zeros(bins, dtype=np.bool_)
+    for axes, shape in zip(panels, (*shapes, MIXTURE), strict=True):
+        whole = f"{_grains(statistics)}: areas simulated, lines table"
+        axes.set_title(whole if shape == MIXTURE else f"{shape}, simulated")
+        for alpha_deg, (colour, style) in _DENSITY_ANGLES.items():
+            samples = {kind: statistics.curves[kind].get(alpha_deg) for kind in (shape, TABLE)}
+            density = {
+                kind: _density(sample.density[name], sample.count, (high - low) / bins)
+                for kind, sample in samples.items()
+                if sample is not None
+            }
+            if shape in density:
+                shown |= density[shape] > _TAIL * density[shape].max()
+            look = {"color": colour, "label": f"{alpha_deg:g}°"}
+            if shape != MIXTURE:
+                axes.plot(centres, density[shape], style, **look)
+                continue
+            if shape in density:
+                axes.fill_between(centres, density[shape], alpha=0.28, linewidth=0, **look)
+            if TABLE in density:
+                axes.plot(centres, density[TABLE], color=colour, linewidth=1.1)
+        axes.set_xlabel(SYMBOLS[name])
         axes.set_ylim(bottom=0.0)
-        axes.set_title(words, loc="left")
-    panels["ellipsoid"].set_ylabel("density")
-    handles, labels = panels["ellipsoid"].get_legend_handles_labels()
+    for axes in panels:
+        axes.set_xlim(*centres[np.flatnonzero(shown)[[0, -1]]])
+    panels[0].set_ylabel("density")
+    handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, title=ANGLE_LABEL)
-    alternative = f"{title} of ellipsoids, prisms and the mixture, with the table's on the last."
-    return _numbered(figure, number, title, alternative)
+    alternative = f"{title} of {', '.join((*shapes, MIXTURE))}, with the table's on the last."
+    return _numbered(statistics, figure, number, title, alternative)
 
 
 def _surface(sample: SampleStatistics) -> tuple[FloatArray, FloatArray]:
     """Points of the spatial indicatrix, x, -z and y, shape (3, n, m), and its values, (n, m)."""
     rows, columns = SPATIAL_BINS
-    counts = gaussian_filter(sample.spatial, 1.5, mode="nearest")
+    counts = gaussian_filter(sample.spatial, _BLUR, mode="nearest")
     values = counts / (sample.count * (np.pi / rows) * (np.pi / columns))
     alpha2 = (np.arange(rows)[:, None] + 0.5) * np.pi / rows
     beta2 = (np.arange(columns) + 0.5) * np.pi / columns - np.pi / 2
@@ -179,26 +221,37 @@ def _spatial_figure(statistics: FigureStatistics) -> Picture:
     from matplotlib import colormaps
 
     panels = {
-        "prism": "(a) prisms, direct",
-        "truncated-prism": "(b) truncated prisms, direct",
-        MIXTURE: "mixture, direct",
-        TABLE: "mixture, table",
+        "prism": "prisms, simulated",
+        "truncated-prism": "truncated prisms, simulated",
+        MIXTURE: f"{_grains(statistics)}, simulated",
+        TABLE: f"{_grains(statistics)}, table",
     }
-    samples = {title: statistics.curves[name].get(90.0) for name, title in panels.items()}
+    samples = {
+        panels[name]: curve.get(90.0) for name, curve in statistics.curves.items() if name in panels
+    }
     drawn = [(title, *_surface(sample)) for title, sample in samples.items() if sample is not None]
     top = max(float(values.max()) for _, _, values in drawn)
-    figure = new_figure(11.0, 7.4)
+    # nearly round grains leave in a narrow cone
+    side = max(float(np.abs(points[:2]).max()) for _, points, _ in drawn)
+    stride = 2 if side > 0.3 * top else 1
+    rows = -(-len(drawn) // 2)
+    figure = new_figure(11.0, 3.7 * rows)
     for k, (title, points, values) in enumerate(drawn):
-        axes = figure.add_subplot(2, 2, k + 1, projection="3d")
+        axes = figure.add_subplot(rows, 2, k + 1, projection="3d")
         colours = colormaps["viridis"](values / top)
-        axes.plot_surface(*points, facecolors=colours, rstride=1, cstride=1, linewidth=0, shade=0)
-        axes.set(xlim=(-top, top), ylim=(-top, top), zlim=(0, top))
-        axes.set_box_aspect((2, 2, 1), zoom=1.15)
+        axes.plot_surface(
+            *points, facecolors=colours, rstride=stride, cstride=stride, linewidth=0, shade=0
+        )
+        axes.set(xlim=(-side, side), ylim=(-side, side), zlim=(0, top))
+        axes.set_box_aspect((2, 2, min(top / side, 2.0)), zoom=1.15)
         axes.set(xlabel="x", ylabel="−z", zlabel="y", title=title)
         axes.tick_params(labelsize=8)
+        axes.locator_params(nbins=5)
         axes.view_init(elev=22, azim=-60)
     alternative = "Surfaces whose distance from the origin is the density of that direction."
-    return _numbered(figure, 12, "Spatial indicatrices at normal impact", alternative, "png")
+    return _numbered(
+        statistics, figure, 12, "Spatial indicatrices at normal impact", alternative, "png"
+    )
 
 
 def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> None:
@@ -208,6 +261,7 @@ def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> No
     width, top = np.pi / SCATTERING_BINS, 0.0
     centres = (np.arange(SCATTERING_BINS) + 0.5) * width
     curves = statistics.curves | {DOUBLED: statistics.doubled.get(MIXTURE, {})}
+    grains = _grains(statistics)
     for name in (MIXTURE, TABLE, DOUBLED):
         sample = curves[name].get(alpha_deg)
         if sample is None:
@@ -215,11 +269,13 @@ def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> No
         density = _density(sample.scattering, sample.count, width)
         top = max(top, float(density.max()))
         if name == MIXTURE:
-            axes.fill(centres, density, color="#9fb6c9", label="mixture, direct")
+            axes.fill(centres, density, color="#9fb6c9", label=f"{grains}, simulated")
         elif name == DOUBLED:
-            axes.plot(centres, density, color="black", linestyle=":", label=_DOUBLED_LABEL)
+            axes.plot(
+                centres, density, color="black", linestyle=":", label=f"{grains}, {_DOUBLED_WORDS}"
+            )
         else:
-            axes.plot(centres, density, color=TABLE_COLOUR, linewidth=1.4, label="mixture, table")
+            axes.plot(centres, density, color=TABLE_COLOUR, linewidth=1.4, label=f"{grains}, table")
     sphere, incident = statistics.spheres[alpha_deg], np.radians(180 - alpha_deg)
     axes.plot([0, sphere], [0, 1.05 * top], color="#d1261b", linestyle="--", label="spheres")
     arrow = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.6}
@@ -238,9 +294,10 @@ def _plane_figure(statistics: FigureStatistics) -> Picture:
     for k, alpha_deg in enumerate(_INDICATRIX_ANGLES):
         axes = figure.add_subplot(2, 3, k + 1, projection="polar")
         _draw_plane(axes, statistics, alpha_deg)
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    legend_below(figure)
     alternative = (
         "Polar densities of the angle of rebound; areas simulated, lines drawn, spheres dashed."
     )
-    return _numbered(figure, 13, "Scattering indicatrices in the impact plane", alternative)
+    return _numbered(
+        statistics, figure, 13, "Scattering indicatrices in the impact plane", alternative
+    )

@@ -4,7 +4,7 @@ Each sample is reduced to `SampleStatistics` and forgotten, so that millions of 
 memory.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -19,8 +19,8 @@ from tablegen.config.defaults import MIXTURE
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.simulate import simulate
 
-#: Impact speed of the paper [m/s], and impact angles of our curves [degrees].
-SPEED = 200.0
+#: Name of the pair of the paper, its impact speed [m/s], and impact angles of our curves [degrees].
+PAIR, SPEED = "corundum-steel", 200.0
 ANGLES = tuple(float(x) for x in range(5, 91, 5))
 
 #: Shapes of the paper, in its order, and the mixture.
@@ -36,7 +36,7 @@ NORMAL_FACTOR = 5
 #: Bins of densities: range and number; bins of the indicatrices in alpha2, and in alpha2 and beta2.
 DENSITY = {"u": (-0.8, 1.0, 180), "v": (0.0, 1.0, 150), "omega_z": (-2.0, 2.0, 200)}
 SCATTERING_BINS = 180
-SPATIAL_BINS = (60, 60)
+SPATIAL_BINS = (180, 180)
 
 #: Quantities with a mean and a most probable value.
 QUANTITIES = (*STATE, "translational", "rotational")
@@ -111,12 +111,30 @@ Curves = dict[str, dict[float, SampleStatistics]]
 class FigureStatistics:
     """Samples of all shapes at all angles, and the direction of rebound of spheres."""
 
+    #: Impact speed, m/s.
+    speed: float
+    #: Whether pair and shapes are those of the paper.
+    of_paper: bool
     #: With the laws of the configuration; of the table those angles that it holds.
     curves: Curves
     #: With twice the sliding resistance, without the table; empty if the law is not the paper's.
     doubled: Curves
     #: By angle: alpha2 of spheres [rad].
     spheres: dict[float, float]
+
+
+def speed_of_figures(table: Table, config: Config) -> float:
+    """Choose the impact speed: the paper's, or the nearest that was measured and tabulated."""
+    low, high = table.speed_range
+    first, last = config.pair.restitution.valid_speed or (low, high)
+    return min(max(min(max(SPEED, first), last), low), high)
+
+
+def shapes_of(config: Config) -> tuple[str, ...]:
+    """List the shapes of a population, if there are several, and the mixture."""
+    weights = config.population.shapes.positive()
+    shapes = tuple(shape for shape in SHAPES if shape in weights)
+    return (*shapes, MIXTURE) if len(weights) > 1 else (MIXTURE,)
 
 
 def doubled_resistance(config: Config) -> Config | None:
@@ -135,42 +153,58 @@ def make_statistics(
     There are `count` particles of each shape at each angle, `NORMAL_FACTOR` times as many at
     normal impact. `tick` is called after each sample.
     """
-    curves = _simulated(config, count, seed, tick)
+    speed, shapes = speed_of_figures(table, config), shapes_of(config)
+    curves = _simulated(config, shapes, speed, count, seed, tick)
     curves[TABLE] = {}
-    (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
+    first, last = np.degrees(table.alpha_range)
     for i, alpha_deg in enumerate(ANGLES):
-        if first - 1e-9 <= alpha_deg <= last + 1e-9 and slow <= SPEED <= fast:
+        if first - 1e-9 <= alpha_deg <= last + 1e-9:
             index = np.arange(_size(alpha_deg, count))
-            state = table.sample(np.radians(alpha_deg), SPEED, seed=seed, hit=i, index=index)
+            state = table.sample(np.radians(alpha_deg), speed, seed=seed, hit=i, index=index)
             curves[TABLE][alpha_deg] = sample_statistics_of(alpha_deg, state)
-    twice, spheres = doubled_resistance(config), {}
+    sphere, spheres = config.population.restricted_to("sphere"), {}
     for alpha_deg in ANGLES:
-        one = config.population.restricted_to("sphere")
-        state = simulate(config, np.radians(alpha_deg), SPEED, 1, seed=seed, population=one).state
+        alpha1 = np.radians(alpha_deg)
+        state = simulate(config, alpha1, speed, 1, seed=seed, population=sphere).state
         spheres[alpha_deg] = float(scattering_angles(state)[0][0])
-    doubled = _simulated(twice, count, seed, tick) if twice else {}
-    return FigureStatistics(curves, doubled, spheres)
+    twice = doubled_resistance(config)
+    doubled = _simulated(twice, shapes, speed, count, seed, tick) if twice else {}
+    of_paper = config.pair_name == PAIR and shapes == SHAPES
+    return FigureStatistics(speed, of_paper, curves, doubled, spheres)
+
+
+def samples_of_figures(config: Config) -> int:
+    """Count the simulations of `make_statistics`."""
+    return len(ANGLES) * len(shapes_of(config)) * (2 if doubled_resistance(config) else 1)
 
 
 def _size(alpha_deg: float, count: int) -> int:
     return count * (NORMAL_FACTOR if alpha_deg == 90.0 else 1)
 
 
-def _simulated(config: Config, count: int, seed: int, tick: Callable[[], Any]) -> Curves:
+def _simulated(
+    config: Config,
+    shapes: Sequence[str],
+    speed: float,
+    count: int,
+    seed: int,
+    tick: Callable[[], Any],
+) -> Curves:
     """Simulate each shape and the mixture at each angle; the spin is that of the departure."""
-    curves: Curves = {name: {} for name in SHAPES}
-    for stream, (alpha_deg, shape) in enumerate(product(ANGLES, SHAPES)):
-        made = simulate(
+    curves: Curves = {name: {} for name in shapes}
+    for stream, (alpha_deg, shape) in enumerate(product(ANGLES, shapes)):
+        population = config.population
+        simulation = simulate(
             config,
             np.radians(alpha_deg),
-            SPEED,
+            speed,
             _size(alpha_deg, count),
             seed=seed,
             stream=stream,
-            population=config.population.restricted_to(shape),
+            population=population if shape == MIXTURE else population.restricted_to(shape),
             omega="departure",  # as in the paper
         )
-        parts = made.state, made.collisions, made.energy[:, 1]
+        parts = simulation.state, simulation.collisions, simulation.energy[:, 1]
         curves[shape][alpha_deg] = sample_statistics_of(alpha_deg, *parts)
         tick()
     return curves

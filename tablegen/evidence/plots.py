@@ -11,7 +11,15 @@ from tablegen.config.metric_table import METRICS
 from tablegen.evidence.benchmark import Benchmark
 from tablegen.evidence.report import AccuracyMap
 from tablegen.model.float_array import FloatArray
-from tablegen.presentation import ANGLE_LABEL, SYMBOLS, Picture, new_figure, settings, written
+from tablegen.presentation import (
+    ANGLE_LABEL,
+    SYMBOLS,
+    Picture,
+    legend_below,
+    new_figure,
+    settings,
+    written,
+)
 
 #: Families of methods in the order of a legend: colour of Okabe and Ito, and marker.
 LOOKS = {
@@ -65,8 +73,6 @@ def errors_picture(race: Benchmark, name: str, metrics: Sequence[str] = tuple(ME
 
 def _draw_errors(axes: Any, race: Benchmark, metric: str) -> None:
     """Draw one error of every method; grey: the noise of direct simulation against itself."""
-    from matplotlib.ticker import LogLocator, NullLocator
-
     least, floor = METRICS[metric].least, race.floor[metric]
     noise = max(floor.high - least, 1e-4)
     lowest = 0.4 * noise
@@ -86,17 +92,27 @@ def _draw_errors(axes: Any, race: Benchmark, metric: str) -> None:
         coarse = runner.family == "direct simulation" and error.mean - least > 2.0 * noise
         if coarse or (runner.name in tables and len(tables) > 1):
             words = runner.name.removeprefix(f"{tables[0]}-").replace(" ", "\n", 1)
-            place = {"xytext": (0, -7), "textcoords": "offset points", "ha": "center", "va": "top"}
-            axes.annotate(words, (x, y), fontsize=9, color=colour, **place)
+            # direct simulation stands at the right edge, and tables often stand together
+            left = coarse or runner.name == tables[0]
+            place = {"xytext": (-8 if left else 8, 0), "ha": "right" if left else "left"}
+            place |= {"textcoords": "offset points", "va": "center", "fontsize": 9}
+            axes.annotate(words, (x, y), color=colour, **place)
     title = METRICS[metric].label + (f", above {least:g}" if least else "")
     axes.set(xscale="log", yscale="log", xlabel=_TIME)
+    _set_log_ticks(axes)
+    axes.set_ylim(bottom=lowest)
+    axes.set_title(title, loc="left", fontsize=10)
+    axes.text(0.02, 0.02, "noise of direct simulation", transform=axes.transAxes, fontsize=9)
+
+
+def _set_log_ticks(axes: Any) -> None:
+    """Write 1, 2, 5, 10, ... on two logarithmic axes."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
-    axes.set_ylim(bottom=lowest)
-    axes.set_title(title, loc="left", fontsize=10)
-    axes.text(0.02, 0.02, "noise of direct simulation", transform=axes.transAxes, fontsize=9)
 
 
 def map_picture(
@@ -147,21 +163,22 @@ def _one_speed_picture(
         for axes, (metric, allowed) in zip(
             figure.subplots(2, 2).flat, declared.items(), strict=True
         ):
-            here = [point.estimates[metric].value for point in atlas.points]
+            least = METRICS[metric].least
+            here = [max(point.estimates[metric].value, least) for point in atlas.points]
             axes.plot(atlas.alpha_deg, here, "o-", color=LOOKS["table"][0], label="this run")
             dots = stored.get(metric, np.empty((len(stored["speed"]), 0)))
-            dots = dots.reshape(len(dots), -1).max(axis=1, initial=METRICS[metric].least)
+            dots = dots.reshape(len(dots), -1).max(axis=1, initial=least)
             axes.plot(stored["alpha_deg"], dots, "^", color="#d55e00", label="stored in the table")
             axes.axhline(allowed, color="#777777", linestyle="--", label="declared")
-            axes.set(xlabel=ANGLE_LABEL, ylabel=METRICS[metric].short)
-            axes.set_ylim(bottom=METRICS[metric].least)
-        handles, labels = figure.axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+            axes.set(xlabel=ANGLE_LABEL, ylabel=METRICS[metric].short, xticks=range(0, 91, 15))
+            axes.set_ylim(bottom=least)
+        legend_below(figure)
         return written(
             figure,
             "map.svg",
-            f"Distance of the table from direct simulation, {atlas.samples:,} states a side. Its "
-            "rebounds do not depend on the speed, or it has one speed.",
+            f"Distance of the table from direct simulation, {atlas.samples:,} states a side. The "
+            "table has one speed. A table is as accurate as it declares where the points are below "
+            "the dashed line.",
             "Four plots against the impact angle, one of each metric; the table below has the "
             "numbers.",
         )
@@ -230,17 +247,15 @@ def angles_picture(
     with settings():
         figure = new_figure(10.0, 4.8)
         columns = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
-        labelled = {}
         for axes, (words, lines) in zip(columns, panels.items(), strict=True):
             for label, line in lines.items():
                 look = {"color": line.colour, "linestyle": line.style, "linewidth": 1.6}
-                labelled[label] = axes.plot(line.hits, line.degrees, **look)[0]
-            axes.set(xscale="log", yscale="log", xlabel="hit")
-            for axis in (axes.xaxis, axes.yaxis):
-                axis.set_major_formatter("{x:g}")
+                axes.plot(line.hits, line.degrees, label=label, **look)
+            axes.set(xscale="log", yscale="log", xlabel="number of the hit")
+            _set_log_ticks(axes)
             axes.set_title(words, loc="left")
-        columns[0].set_ylabel("median angle at which grains leave [°]")
-        figure.legend(labelled.values(), labelled, loc="outside lower center", ncols=4)
+        columns[0].set_ylabel("median angle to the wall at which grains leave [°]")
+        legend_below(figure, columns=4)
         return written(figure, name, title, alternative)
 
 

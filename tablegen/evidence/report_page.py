@@ -23,9 +23,12 @@ from tablegen.simulation.simulate import simulate
 
 _HEADS = [metric.head for metric in METRICS.values()]
 METHOD_HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
-MAP_HEAD = ("condition", *_HEADS, "share of declared", "by")
-SPINNING_HEAD = ("way", "ns, batch", "KS", "energy", "squared spin", "angle")
-HITS_HEAD = ("hits", "way", "KS", "energy", "squared spin", "angle")
+MAP_HEAD = ("condition", *_HEADS, "share of the declared", "of which")
+SPINNING_HEAD = ("law of the wall", "ns/rebound", "KS", "energy", "squared spin", "angle")
+HITS_HEAD = ("hits", "law of the wall", "KS", "energy", "squared spin", "angle")
+
+#: What the columns of distances are.
+METRIC_WORDS = ", ".join(f"{metric.head}: {metric.label}" for metric in METRICS.values())
 
 #: Purposes of random numbers, apart from those of the measurements.
 _DIRECT, _TABLE = range(300, 302)
@@ -83,7 +86,8 @@ def report_sections(
     config = stored_config(sampler.load(report.table).config, f"{report.table}: config")
     declared = {name: getattr(config.accuracy, name) for name in METRICS}
     accuracy: list[Block] = [
-        "Every distance holds the noise of two finite samples.",
+        "The table is compared with direct simulation at angles and speeds between its nodes. "
+        f"{METRIC_WORDS}. All values include sampling noise.",
         *([pictures["map"]] if pictures else []),
         TextTable("Conditions, the worst first", MAP_HEAD, map_rows(report, declared)),
     ]
@@ -103,10 +107,12 @@ def _summary(report: Report, config: Config) -> list[Block]:
         for family in ("direct simulation", "table")
     )
     return [
+        "Is the table as accurate as it declares, what does a draw cost, and do the methods that "
+        "one would use without a table do as well?",
         headline(report, config),
-        f"{report.table_bytes:,} bytes for the whole range of angles and speeds; "
-        f"{report.random_nanoseconds:.0f} ns a draw at random conditions. Direct simulation takes "
-        f"{direct / drawn:.1f} times the time of a draw at {_place(race)}.",
+        f"{report.table_bytes:,} bytes hold the whole range of angles and speeds. A draw at "
+        f"random conditions takes {report.random_nanoseconds:.0f} ns. At {_place(race)} direct "
+        f"simulation takes {direct / drawn:.1f} times as long as a draw.",
         f"Made with seed {report.seed} in {report.seconds:.0f} s on {machine['processor']}, "
         f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}. Times are "
         "processor times of one thread.",
@@ -119,10 +125,13 @@ def _methods(report: Report, pictures: Mapping[str, Picture]) -> list[Block]:
     blocks: list[Block] = [
         f"Each method gives {effort.batches} batches of {effort.batch:,} states, compared with "
         f"{effort.reference:,} direct ones; the classifier sees {effort.classified:,} a side. "
-        "Bars: 95 % confidence intervals of the mean. Grey: direct batches against the reference.",
-        "A table answers at any angle and speed. The methods with open symbols have the easier "
-        f"task: each is fitted to {effort.training:,} states at the condition at which it is "
-        "judged. Forbidden: share of states that no rebound can have.",
+        "Bars are 95 % confidence intervals of the mean. Grey is the noise floor: batches of direct "
+        "simulation, compared with the same states.",
+        "Direct simulation and tables answer at any angle and speed. The methods with open symbols "
+        f"have the easier task: each is fitted to {effort.training:,} states at the condition at "
+        "which it is judged. Independent marginals draw each variable by itself; stored states are "
+        "drawn with replacement; kernel resampling adds Gaussian noise to them. A forbidden state "
+        "moves into the wall or has gained energy.",
     ]
     for k, race in enumerate(report.races):
         blocks += [pictures[f"methods-{k}"]] if pictures else []
@@ -154,12 +163,13 @@ def _spinning(report: Report, pictures: Mapping[str, Picture], config: Config) -
         if way.chains
     ]
     words = (
-        "Grains fly from wall to wall without gas, in a cylinder and between walls of any "
-        "direction. The law with spin takes and gives four numbers of rotation, the mean angular "
-        "velocity and the inertia about it; the law without spin forgets them. KS is the largest "
-        "distance of speed, angle and spin after a hit. Energy is the error of the share of its "
-        "translational energy that a grain keeps at a hit; squared spin and angle are relative "
-        "errors of the mean squared spin and of the median angle."
+        "Grains fly through sixty hits without gas, in a cylinder and between walls of any "
+        "direction. Direct simulation and the law with spin take four numbers of rotation from "
+        "wall to wall: the mean angular velocity, and the inertia about it. The law without spin "
+        "forgets them. KS is the largest distance of speed, angle and spin after a hit. Energy is "
+        "the error of the share of its translational energy that a grain keeps at a hit. Squared "
+        "spin and angle are relative errors, of the mean squared spin and of the median angle at "
+        "which grains leave the wall."
     )
     return [
         words,
@@ -179,7 +189,7 @@ def _chains_picture(report: Report) -> Picture | None:
     if not ways:
         return None
     hits, kind = [(first * last) ** 0.5 for first, last in GROUPS], ways[0].chains[-1].kind
-    colours = {way.name: ("#0072b2", plots.LOOKS["table"][0])[k % 2] for k, way in enumerate(ways)}
+    colours = dict(zip((way.name for way in ways), ("#d55e00", "#0072b2"), strict=False))
     panels: dict[str, dict[str, plots.Line]] = {}
     for way in ways:
         for chain in (chain for chain in way.chains if chain.kind == kind):
@@ -189,9 +199,9 @@ def _chains_picture(report: Report) -> Picture | None:
             ours = [hit.angle_deg[0] for hit in chain.hits]
             lines[way.name] = plots.Line(hits, ours, colours[way.name], "--")
     title = (
-        f"Median angle at which grains leave the wall ({kind}). In a cylinder grains settle into "
-        "rolling; a law without spin misses it, and the line of a good law with spin covers that "
-        "of direct simulation."
+        f"Median angle at which grains leave the wall, of the kind that rolls best ({kind}). In a "
+        "cylinder grains settle into rolling. A law without spin misses the angle; the line of a "
+        "good law with spin covers that of direct simulation."
     )
     alternative = "Median angles against hits in both geometries; their errors are in a table."
     return plots.angles_picture(panels, "chains.svg", title, alternative)
@@ -233,18 +243,27 @@ def report_page(report: Report) -> str:
     return render_page(f"Rebound table {report.table}", sections)
 
 
+def _speed_words(config: Config) -> str:
+    """Name the range of speeds."""
+    low, high = config.domain.speed
+    if low < high:
+        return f"{low:g} to {high:g} m/s"
+    depends = config.pair.restitution.depends_on_speed
+    return f"{low:g} m/s" if depends else f"{low:g} m/s; the laws do not depend on it"
+
+
 def _identity(table: Table, config: Config) -> Section:
     file, pair, domain = table.contents.attributes, config.pair, config.domain
     rows = [
         ["particle on wall", f"{pair.particle} on {pair.wall} ({file['pair']})"],
         ["impact angle", f"{domain.alpha_deg[0]:g}° to {domain.alpha_deg[1]:g}°"],
-        ["speed", f"{domain.speed[0]:g} to {domain.speed[1]:g} m/s"],
+        ["speed", _speed_words(config)],
         ["restitution law", pair.restitution.source],
         ["resistance law", pair.resistance.source],
         ["variables", ", ".join(STATE)],
         [
             "particles that arrive spinning",
-            "by four numbers: the mean angular velocity, and the inertia about it"
+            "covered, by four numbers: the mean angular velocity, and the inertia about it"
             if table.has_spin
             else "not covered",
         ],

@@ -87,7 +87,7 @@ def _picture(
     """
     columns = _columns(numbers, laws=config is not None)
     height = max(len(column) for column in columns)
-    looks, bars = _looks(numbers), _words_of_bars(numbers)
+    looks = _looks(numbers)
     with settings():
         figure = new_figure(0.4 + _WIDTH * len(columns), _MARGIN + _HEIGHT * height)
         panels = figure.subplots(height, len(columns), squeeze=False)
@@ -101,11 +101,11 @@ def _picture(
                     _draw_law(axes, config, content, looks)
                 else:
                     part = [number for number in numbers if number.column == content]
-                    _draw_numbers(axes, part, looks, bars)
+                    _draw_numbers(axes, part, looks)
             for axes in stack[len(column) :]:
                 axes.remove()
-        legend_below(figure)
-        figure.suptitle(title, fontsize=12)
+        legend_below(figure, columns=2)
+        figure.suptitle(title + _words_of_bars(numbers), fontsize=11)
         contents = ", ".join(content for column in columns for content in column)
         alternative = f"Measured and simulated numbers against the impact angle: {contents}."
         return written(figure, name, title, alternative)
@@ -159,13 +159,11 @@ def _nearest(looks: Sequence[_Look], speed: float | None) -> _Look:
 def _words_of_bars(numbers: Sequence[ComparedNumber]) -> str:
     """Say what the bars of all panels are; empty if there are none."""
     if any(number.error for number in numbers):
-        return " ± standard error"
-    return " ± tolerance of the fit" if any(number.tolerance for number in numbers) else ""
+        return "\nbars: standard error"
+    return "\nbars: tolerance of the fit" if any(one.tolerance for one in numbers) else ""
 
 
-def _draw_numbers(
-    axes: Any, numbers: Sequence[ComparedNumber], looks: Sequence[_Look], bars: str
-) -> None:
+def _draw_numbers(axes: Any, numbers: Sequence[ComparedNumber], looks: Sequence[_Look]) -> None:
     """Draw measured points with bars, and a simulated line for each speed."""
     with_errors = any(number.error for number in numbers)
     for look in looks:
@@ -186,7 +184,7 @@ def _draw_numbers(
             color=look.colour,
             markerfacecolor="white",
             capsize=2.5,
-            label=f"measured{look.words}{bars}",
+            label=f"measured{look.words}",
         )
     axes.set_xlabel(ANGLE_LABEL)
 
@@ -203,11 +201,13 @@ def _draw_law(axes: Any, config: Config, name: str, looks: Sequence[_Look]) -> N
             color=_ANY_SPEED if any_speed else _nearest(looks, curve.speed).colour,
             marker="s" if 2 < len(curve.angle_deg) < len(_FINE) else "",
             markersize=3.5,
-            label=curve.words or ("law, any speed" if any_speed else None),
+            label=curve.words or None,
         )
     values = np.concatenate([curve.value for curve in curves])
     axes.set_ylim(1.08 * min(values.min(), 0.0), 1.08 * max(values.max(), 0.1))
     axes.set_xlabel("angle at the contact [°]")
+    if len(looks) > 1 and all(curve.speed is None for curve in curves):
+        axes.set_ylabel(f"{axes.get_ylabel()}, at any speed")
 
 
 def _law_curves(config: Config, name: str, looks: Sequence[_Look]) -> Iterator[_LawCurve]:

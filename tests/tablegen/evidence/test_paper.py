@@ -7,6 +7,7 @@ import pytest
 from command_line import DONE
 from page_reader import read_page
 
+import sampler
 from tablegen.config.config import load_config
 from tablegen.evidence import paper as papers
 from tablegen.evidence.paper_statistics import (
@@ -16,6 +17,7 @@ from tablegen.evidence.paper_statistics import (
     TABLE,
     doubled_resistance,
     sample_statistics_of,
+    speed_of_figures,
 )
 
 COUNT = 5_000
@@ -109,6 +111,34 @@ def test_command_writes_every_figure_and_the_numbers(run, tiny, tmp_path, monkey
     page = read_page((tmp_path / "made" / papers.PAGE).read_text())
     assert len(page.values("alt")) == len(NAMES)
     assert {"ellipsoid, paper", "42.2", "ellipsoid, doubled", "table"} <= set(page.texts)
+
+
+def test_another_pair_has_its_own_name_and_speed_and_no_numbers_of_the_paper(
+    run, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("tablegen.evidence.paper_statistics.ANGLES", (15.0, 45.0, 90.0))
+    words = ["forder-1998", "--output", tmp_path / "forder", "--count", "1000", "--quiet"]
+    assert run("figures", *words).status == DONE
+    page = (tmp_path / "forder" / papers.PAGE).read_text()
+    assert "forder-1998 in the figures of" in page
+    assert "100 m/s" in page
+    assert "42.2" not in page
+    assert "twice" not in page
+    assert len(read_page(page).values("alt")) == len(NAMES)
+
+
+def test_speed_is_the_nearest_that_was_measured_and_tabulated():
+    table = sampler.load("corundum-steel")
+    config = load_config("corundum-steel")
+    assert speed_of_figures(table, config) == 200.0
+    slow = config.with_changes({"pair": {"restitution": {"valid_speed": [50.0, 120.0]}}})
+    assert speed_of_figures(table, slow) == 120.0
+
+
+def test_spheres_are_refused_with_the_reason(refused, tmp_path):
+    line = refused("figures", "kharaz-2001", "--output", tmp_path / "x")
+    assert "spheres only, which all leave alike" in line
+    assert not (tmp_path / "x").exists()
 
 
 @pytest.mark.parametrize("place", ["none/there/x", "taken"])
