@@ -94,9 +94,16 @@ def _draw_errors(axes: Any, race: Benchmark, metric: str) -> None:
             words = runner.name.removeprefix(f"{tables[0]}-").replace(" ", "\n", 1)
             # direct simulation stands at the right edge, and tables often stand together
             left = coarse or runner.name == tables[0]
-            place = {"xytext": (-8 if left else 8, 0), "ha": "right" if left else "left"}
-            place |= {"textcoords": "offset points", "va": "center", "fontsize": 9}
-            axes.annotate(words, (x, y), color=colour, **place)
+            axes.annotate(
+                words,
+                (x, y),
+                color=colour,
+                xytext=(-8 if left else 8, 0),
+                textcoords="offset points",
+                ha="right" if left else "left",
+                va="center",
+                fontsize=9,
+            )
     title = METRICS[metric].label + (f", above {least:g}" if least else "")
     axes.set(xscale="log", yscale="log", xlabel=_TIME)
     _set_log_ticks(axes)

@@ -125,8 +125,8 @@ def _methods(report: Report, pictures: Mapping[str, Picture]) -> list[Block]:
     blocks: list[Block] = [
         f"Each method gives {effort.batches} batches of {effort.batch:,} states, compared with "
         f"{effort.reference:,} direct ones; the classifier sees {effort.classified:,} a side. "
-        "Bars are 95 % confidence intervals of the mean. Grey is the noise floor: batches of direct "
-        "simulation, compared with the same states.",
+        "Bars are 95 % confidence intervals of the mean. Grey is the noise floor, the errors of "
+        "batches of direct simulation.",
         "Direct simulation and tables answer at any angle and speed. The methods with open symbols "
         f"have the easier task: each is fitted to {effort.training:,} states at the condition at "
         "which it is judged. Independent marginals draw each variable by itself; stored states are "

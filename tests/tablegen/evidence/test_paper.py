@@ -21,6 +21,7 @@ from tablegen.evidence.paper_statistics import (
 )
 
 COUNT = 5_000
+FEW = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 NAMES = {*(f"figure-{k:02d}.svg" for k in (3, 4, 5, 6, 7, 8, 9, 10, 13)), "figure-12.png"}
 
 
@@ -103,8 +104,7 @@ def test_maxima_of_an_indicatrix(centres):
 
 
 def test_command_writes_every_figure_and_the_numbers(run, tiny, tmp_path, monkeypatch):
-    few = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
-    monkeypatch.setattr("tablegen.evidence.paper_statistics.ANGLES", few)
+    monkeypatch.setattr("tablegen.evidence.paper_statistics.ANGLES", FEW)
     words = [tiny.path, "--output", tmp_path / "made", "--count", "1000", "--quiet"]
     assert run("figures", *words).status == DONE
     assert {path.name for path in (tmp_path / "made").iterdir()} == NAMES | {papers.PAGE}
@@ -116,7 +116,7 @@ def test_command_writes_every_figure_and_the_numbers(run, tiny, tmp_path, monkey
 def test_another_pair_has_its_own_name_and_speed_and_no_numbers_of_the_paper(
     run, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("tablegen.evidence.paper_statistics.ANGLES", (15.0, 45.0, 90.0))
+    monkeypatch.setattr("tablegen.evidence.paper_statistics.ANGLES", FEW)
     words = ["forder-1998", "--output", tmp_path / "forder", "--count", "1000", "--quiet"]
     assert run("figures", *words).status == DONE
     page = (tmp_path / "forder" / papers.PAGE).read_text()
