@@ -187,7 +187,7 @@ def run_chains(
         for aspect in ROLLING:
             population = config.population.restricted_to("ellipsoid").with_aspect(*aspect)
             start = rolling_arrivals(np.arange(max(grains // 10, 2), dtype=np.uint64), aspect)
-            names = f"rolling disc {aspect[0]:g} {aspect[1]:g}", "cylinder"
+            names = f"rolling disc, b/a {aspect[0]:g}", "cylinder"
             disc = DirectModel(config, population)
             outcomes.append(outcome_of(disc, names, start, seed, ROLLING_HITS))
             counted.update()

@@ -10,54 +10,41 @@ from tablegen.evidence.plots import Line, angles_picture
 from tablegen.evidence.stability import Outcome, Study
 from tablegen.evidence.stability_chains import ChainOutcome
 from tablegen.evidence.stability_friction import FrictionOutcome
-from tablegen.presentation import COLOURS, Picture, TextTable
+from tablegen.presentation import COLOURS, TABLE_COLOUR, Picture, TextTable
 
-#: Quantities whose worst is shown: head, attribute of `Figures`, and which is worst.
+#: Quantities whose worst is shown: words, attribute of `Figures`, and which is worst.
 _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
-    ("coll.", "most_collisions", max),
-    ("growth", "growth", max),
-    ("residual", "residual", max),
-    ("drift", "drift", max),
-    ("depth", "depth", max),
-    ("contact", "contact", max),
-    ("flight", "flight", max),
-    ("least v+", "least_velocity", min),
+    ("most collisions of a rebound", "most_collisions", max),
+    ("largest gain of energy, over that before", "growth", max),
+    ("largest violation of the collision equations [V]", "residual", max),
+    ("largest relative change of energy or angular momentum in flight", "drift", max),
+    ("largest depth of a contact below the wall [a]", "depth", max),
+    ("mean change of a state by half the contact resolution [V, V/a]", "contact", max),
+    ("mean change of a state by half the tolerance of the flight [V, V/a]", "flight", max),
+    ("least velocity away from the wall [V]", "least_velocity", min),
 )
-WORST_HEAD = ("quantity", "value", "case")
+WORST_HEAD = ("quantity", "worst", "case")
 FRICTION_HEAD = (
-    *("static", "dynamic", "particles", "laws failed", "us per rebound"),
-    *("coll.", "growth", "least v+"),
+    *("static coefficient", "dynamic", "rebounds", "laws failed", "µs/rebound"),
+    *("most collisions", "gain of energy", "least v+ [V]"),
 )
 
 CHAIN_HEAD = (
-    *("grains", "hits", "number", "us per rebound", "growth", "least v+"),
-    *("angle [deg]", "energy kept", "spin [V/a]"),
+    *("kind of grains, and walls", "hits", "grains", "µs/rebound", "gain of energy"),
+    *("least v+ [V]", "angle [°]", "energy kept", "spin [V/a]"),
 )
 
-#: What the words in the heads mean.
-LEGEND = TextTable(
-    "Quantities",
-    ("quantity", "meaning"),
-    [
-        ["coll.", "number of collisions of a rebound"],
-        ["growth", "gain of kinetic energy, over that before; negative: a loss"],
-        ["residual", "violation of the collision equations [V]"],
-        ["drift", "relative change of energy or angular momentum in flight"],
-        ["depth", "depth of a contact below the wall [a]"],
-        ["contact", "mean change of a state by half the contact resolution [V, V/a]"],
-        ["flight", "mean change of a state by half the tolerance of the flight [V, V/a]"],
-        ["least v+", "smallest velocity away from the wall after a rebound [V]"],
-    ],
-    "words",
-)
 CHAIN_LEGEND = (
-    "Grains fly from wall to wall without gas and keep their angular velocity and the inertia "
-    "about it. After each hit speed and spin are scaled back to the first speed. Angle, "
-    "energy and spin are those of the last hits: the median angle at which grains leave the "
-    "wall, the share of its translational energy that a grain keeps, and the root of the mean "
-    "squared spin. Rolling discs begin at 0.05 degrees without a velocity at the contact. The "
-    "round one, 1 0.5, rolls for ever and keeps all of its energy. The other, 0.9 0.5, "
-    "bounces along."
+    "Grains fly from wall to wall without gas. They take four numbers of rotation along: the mean "
+    "angular velocity, and the inertia about it. After each hit speed and spin are scaled back to "
+    "the first speed. A negative gain of energy is a loss. Angle, energy and spin are those of the "
+    "last hits: the median angle at which grains leave the wall, the share of its translational "
+    "energy that a grain keeps, and the root of the mean squared spin."
+)
+ROLLING_LEGEND = (
+    "Rolling discs meet a cylinder at 0.05° without a velocity at their contact. The round one "
+    "(b/a = 1) rolls for ever: it keeps all of its energy, and its hops become ever flatter, down "
+    "to 0.0057°, the least angle that is followed. The other (b/a = 0.9) bounces along."
 )
 
 #: Sentence of a study in which no case failed.
@@ -123,7 +110,7 @@ def chain_rows(outcomes: Sequence[ChainOutcome]) -> list[list[str]]:
 
 def chain_picture(outcomes: Sequence[ChainOutcome]) -> Picture:
     """Draw the angles of chains against hits, by geometry and kind of grains."""
-    colours = [*COLOURS.values(), "#e08a00", "#777777", "#56b4e9"]
+    colours = [*COLOURS.values(), TABLE_COLOUR, "#777777", "#56b4e9"]
     kinds = list(dict.fromkeys(one.kind for one in outcomes))
     panels: dict[str, dict[str, Line]] = {}
     for one in outcomes:
@@ -133,9 +120,9 @@ def chain_picture(outcomes: Sequence[ChainOutcome]) -> Picture:
         panel = panels.setdefault(GEOMETRY_WORDS[one.geometry], {})
         panel[one.kind] = Line(hits, one.angle_deg, colour, style)
     title = (
-        "Grains that settle into rolling leave the wall of a cylinder at ever flatter angles, "
-        "discs at the flattest; between walls of any direction angles hardly change from hit to "
-        "hit."
+        "Median angle at which grains leave the wall. In a cylinder grains settle into rolling: "
+        "their angles become ever flatter, those of discs the flattest. Between walls of any "
+        "direction angles hardly change from hit to hit."
     )
     alternative = "Median angles against hits in both geometries; the last are in the table."
     return angles_picture(panels, "angles.svg", title, alternative)
@@ -152,33 +139,26 @@ def failure_lines(study: Study) -> list[str]:
 
 
 def study_section(study: Study, pictures: Sequence[Picture] = ()) -> Section:
-    """Verdict, counts, groups and worst cases of a study, with the given pictures of chains."""
+    """Make the verdict, the worst cases and the chains of a study, with the given pictures."""
     outcomes = study.outcomes
     failures = Counter(kind for outcome in study.failed for kind in outcome.failures)
-    counts = (
-        f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases, cases with "
-        f"failures: {', '.join(f'{n} {kind}' for kind, n in failures.items()) or 'none'}."
-    )
-    numerics = (
-        f"Contact resolution {study.contact_resolution:g}, flight tolerance "
-        f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}."
-    )
     kind, words = ("good", GOOD) if study.holds else ("bad", "The model fails in some cases:")
     blocks: list[Block] = [
+        "Extreme particles and impacts are simulated with the laws of the pair. Each rebound must "
+        "end, be finite, leave the wall, stay out of it, and gain no energy.",
         Headline(kind, words, failure_lines(study)),
-        counts,
-        numerics,
+        f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases; failures: "
+        f"{', '.join(f'{n} {kind}' for kind, n in failures.items()) or 'none'}. Contact "
+        f"resolution {study.contact_resolution:g}, flight tolerance {study.tolerance:g}, "
+        f"{study.count} particles a case, seed {study.seed}. 'tablegen simulate' repeats a case "
+        "with its seed.",
         TextTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
-        LEGEND,
     ]
     if study.friction:
-        caption = "Coulomb friction: random impacts of the whole population at restitutions 0 to 1"
+        caption = "Coulomb friction: random impacts of the whole population, restitutions 0 to 1"
         blocks.append(TextTable(caption, FRICTION_HEAD, friction_rows(study.friction)))
     if study.chains:
         caption = "Many hits: sixty of all grains, a thousand of discs that roll"
-        blocks += [
-            TextTable(caption, CHAIN_HEAD, chain_rows(study.chains)),
-            CHAIN_LEGEND,
-            *pictures,
-        ]
+        table = TextTable(caption, CHAIN_HEAD, chain_rows(study.chains))
+        blocks += [CHAIN_LEGEND, ROLLING_LEGEND, table, *pictures]
     return Section(f"Stability of the direct model: {study.pair}", blocks)
