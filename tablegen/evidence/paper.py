@@ -274,5 +274,5 @@ def make_paper(
         blocks.append(
             "The paper's numbers are those of corundum on steel. Other pairs have the figures only."
         )
-    page = render_page(title, [Section(config.name, [*blocks, *pictures])])
+    page = render_page(title, [Section(title, [*blocks, *pictures])])
     return {picture.name: picture.data for picture in pictures} | {PAGE: page.encode()}
