@@ -255,8 +255,9 @@ def make_paper(
     """
     if config.population.only_spheres:
         raise InputError(
-            f"{config.name}: has spheres only, which all leave alike: there are no distributions "
-            "to draw; 'tablegen compare' draws their restitutions and spin"
+            config.name,
+            problem="has spheres only, which all leave alike: there is no distribution to draw",
+            remedy="'tablegen compare --picture' draws their restitutions and spin",
         )
     total = samples_of_figures(config)
     with bar(progress, total=total, desc="samples of the figures") as counted:
