@@ -7,7 +7,7 @@ import secrets
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from sampler.errors import InputError
 
@@ -17,6 +17,10 @@ _PACKAGE = Path(__file__).resolve().parent
 _FOLDERS = {".csv": "measurements"}
 
 _FIELD = re.compile(r"#\s*([a-z][a-z_]*):\s+(\S.*)")
+
+#: Outputs that no file had the name of when they were checked, until they are written. Whoever
+#: checks an output before long work and whoever writes it at the end share nothing but its path.
+_absent: set[str] = set()
 
 
 def data_directory() -> Path:
@@ -73,6 +77,9 @@ def find_file(what: str, name_or_path: str | os.PathLike[str], suffix: str) -> P
     InputError
         If there is no such file or name, or it is a folder.
     """
+    if not isinstance(name_or_path, str | os.PathLike):
+        allowed = f"a name, or the path of a {suffix} file"
+        raise InputError(what, type(name_or_path).__name__, allowed)
     path = Path(name_or_path)
     is_word = isinstance(name_or_path, str) and path.name == name_or_path and path.suffix != suffix
     if is_word and name_or_path in available(suffix):
@@ -118,8 +125,28 @@ def read_file(what: str, path: str | os.PathLike[str]) -> bytes:
 
 
 def check_output(path: str | Path) -> Path:
-    """Refuse an output that cannot be written, before any work is done; raises `InputError`."""
+    """Refuse an output that cannot be written, before any work is done; raises `InputError`.
+
+    If no file has this name now, the write at the end does not replace one that appears until then.
+    """
+    given = _check_place(path)
+    target = os.path.realpath(given)
+    if not os.path.exists(target):
+        _absent.add(target)
+    elif target in _absent:
+        _refuse_new_file(given, target)
+    return given
+
+
+def _check_place(path: str | Path) -> Path:
+    """Refuse an output that cannot be written."""
     given = Path(path)
+    try:
+        given.stat()
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError) as error:  # a name that is too long, for example
+        raise _unwritable(given, error) from error
     if os.path.isdir(given):
         raise InputError("output", problem=f"{given} is a folder", remedy="give a file name")
     folder = Path(os.path.realpath(given)).parent
@@ -132,6 +159,18 @@ def check_output(path: str | Path) -> Path:
     return given
 
 
+def _unwritable(path: Path, error: Exception) -> InputError:
+    reason = getattr(error, "strerror", None) or error
+    return InputError("output", problem=f"cannot write {path}: {reason}")
+
+
+def _refuse_new_file(given: Path, target: str) -> NoReturn:
+    """Refuse to replace a file that has appeared since the output was checked."""
+    _absent.discard(target)
+    problem = f"{given} was written by another program during this run, and is kept"
+    raise InputError("output", problem=problem, remedy="move it away, and run this command again")
+
+
 @contextmanager
 def atomic_output(path: str | Path) -> Iterator[Path]:
     """Give a temporary path beside `path`, moved to `path` when the block ends well.
@@ -141,22 +180,37 @@ def atomic_output(path: str | Path) -> Iterator[Path]:
     Raises
     ------
     InputError
-        If the path cannot be written.
+        If the path cannot be written, or another program wrote it since `check_output`.
     """
-    given = check_output(path)
+    given = _check_place(path)
     target = Path(os.path.realpath(given))
     temporary = target.with_name(f".{target.name[:40]}.{secrets.token_hex(8)}.tmp")
     try:
         yield temporary
-        if target.exists():
-            temporary.chmod(target.stat().st_mode & 0o777)
-        os.replace(temporary, target)
+        if str(target) in _absent:
+            _move_to_new(temporary, target, given)
+        else:
+            if target.exists():
+                temporary.chmod(target.stat().st_mode & 0o777)
+            os.replace(temporary, target)
     except OSError as error:
-        problem = f"cannot write {given}: {error.strerror or error}"
-        raise InputError("output", problem=problem) from error
+        raise _unwritable(given, error) from error
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def _move_to_new(temporary: Path, target: Path, given: Path) -> None:
+    """Move a file to a name that no file may have."""
+    try:
+        os.link(temporary, target)  # unlike a rename, it never replaces a file
+    except FileExistsError:
+        _refuse_new_file(given, str(target))
+    except OSError:  # a file system without hard links
+        if target.exists():
+            _refuse_new_file(given, str(target))
+        os.replace(temporary, target)
+    _absent.discard(str(target))
 
 
 def write_text(path: str | Path, text: str) -> None:

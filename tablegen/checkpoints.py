@@ -87,7 +87,7 @@ class CheckpointStore:
             raise InputError("--discard", problem=problem, remedy="give one of the two")
         self.folder = parts_path(output)
         self._stamp = hashlib.sha256(fingerprint.encode()).hexdigest()
-        self._output, self._existed = output, os.path.exists(output)
+        self._output = output
         stamp = self.folder / _STAMP
         try:
             self.folder.mkdir(exist_ok=True)
@@ -132,8 +132,8 @@ class CheckpointStore:
     def _locked(self) -> BinaryIO:
         """Claim the output for this run, as long as the returned file is open.
 
-        The system frees the lock of a process that ends in any way. Where it knows no locks, two
-        runs are told apart only by `check_output_is_free`.
+        The system frees the lock of a process that ends in any way. Where it knows no locks, the
+        first of two runs to end writes the output, and the other is refused.
         """
         path = self.folder / _LOCK
         while True:
@@ -153,13 +153,6 @@ class CheckpointStore:
                 remedy = "wait for its end, stop it, or choose another output"
                 raise InputError("output", problem=problem, remedy=remedy) from None
             file.close()
-
-    def check_output_is_free(self) -> None:
-        """Refuse to replace an output that appeared since this run began; keeps the pieces."""
-        if not self._existed and os.path.exists(self._output):
-            problem = f"{self._output} was written by another program during this run"
-            remedy = "move it away, and continue with --resume"
-            raise InputError("output", problem=problem, remedy=remedy)
 
     def __enter__(self) -> Self:
         return self

@@ -10,8 +10,8 @@ text ``name value\n`` (value as JSON).
 """
 
 import hashlib
+import io
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,7 +22,7 @@ import h5py
 import numpy as np
 
 from sampler.errors import InputError, TableError, shortened
-from sampler.files import check_input, write_bytes
+from sampler.files import read_file, write_bytes
 from sampler.formats import checks
 from sampler.formats.bounds import N_OUTCOMES, N_OUTCOMES_WITH_WORKS, QUANTILES
 from sampler.formats.channels import CHANNELS, VARIABLES, channels_for, has_works
@@ -49,6 +49,7 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _OTHER_KINDS = {
     ".toml": "this is a configuration, not a table",
     ".csv": "this is a file of measurements, not a table",
+    ".rbt": "this is a binary table, for C and Fortran",
 }
 
 
@@ -324,41 +325,29 @@ def read_table(path: str | Path) -> TableContents:
         is wrong with it and what is allowed.
     """
     try:
-        source = check_input("table", path)
-        if source.suffix == ".rbt":
-            problem = "this is a binary table, for C and Fortran"
-            raise TableError("", problem=problem, remedy="give the table in .h5")
-        _check_kind(source)
-        # Without a lock: tables are written whole, and locks cannot be had on some file systems.
-        with h5py.File(source, "r", locking=False) as file:
-            attributes = _read_attributes(file)
-            datasets = _read_datasets(file)
-    except TableError as error:
-        raise error.within(path) from None
+        data = read_file("table", path)
     except InputError as error:
         raise TableError(error.argument, problem=error.problem) from None
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # h5py's
-        if isinstance(error, OSError) and error.errno:
-            problem = f"cannot be read: {os.strerror(error.errno)}"
-            raise TableError("", problem=problem, source=str(path)) from error
-        reason = str(error).partition("\n")[0]
-        problem = f"is a damaged HDF5 file ({reason})"
-        raise TableError("", problem=problem, source=str(path)) from error
     try:
+        _check_kind(data, Path(path).suffix)
+        # from memory: HDF5 locks files, which not every file system can
+        with h5py.File(io.BytesIO(data), "r") as file:
+            attributes = _read_attributes(file)
+            datasets = _read_datasets(file)
         return _contents_of(attributes, datasets)
     except TableError as error:
         raise error.within(path) from None
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # h5py's
+        reason = str(error).partition("\n")[0]
+        problem = f"is a damaged HDF5 file ({reason})"
+        raise TableError("", problem=problem, source=str(path)) from error
 
 
-def _check_kind(source: Path) -> None:
-    """Refuse a file that is no HDF5 file, by what it is; raises `OSError` if it cannot be read."""
-    with source.open("rb") as file:
-        start = file.read(len(_SIGNATURE))
-    if start == _SIGNATURE:
+def _check_kind(data: bytes, suffix: str) -> None:
+    """Refuse a file that is no HDF5 file, by what it is."""
+    if data.startswith(_SIGNATURE):
         return
-    problem = _OTHER_KINDS.get(source.suffix, "this is no HDF5 file")
-    if not start:
-        problem = "the file is empty"
+    problem = _OTHER_KINDS.get(suffix, "this is no HDF5 file") if data else "the file is empty"
     raise TableError("", problem=problem, remedy="give a table in .h5")
 
 

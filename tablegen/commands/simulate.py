@@ -119,7 +119,7 @@ def _chosen_particles(
     aspect: tuple[float, float] | None,
 ) -> "Population":
     """Select the shape, or make the mesh, that the flags ask for."""
-    from tablegen.config.mesh import read_mesh
+    from tablegen.config.mesh import THINNED_WITHIN, read_mesh
 
     only = len(population.strata()) == 1
     if particle is None and (shape is not None or only):
@@ -136,4 +136,10 @@ def _chosen_particles(
         size = f", of {1.0 / mesh.solidity:.4g} times its volume," if mesh.solidity else ""
         kind = "not convex" if mesh.solidity else "open, or its faces turn both ways"
         note("tablegen", f"{mesh.name} is {kind}; its convex hull{size} is simulated")
+    if len(mesh.vertices) < mesh.corners:
+        note(
+            "tablegen",
+            f"{mesh.name}: its hull of {mesh.corners} corners is thinned to {len(mesh.vertices)}, "
+            f"within {THINNED_WITHIN:g} of its largest extent",
+        )
     return population.with_mesh(mesh)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from sampler.errors import InputError
-from sampler.files import find_config, find_file
+from sampler.files import find_config, find_file, read_file
 from sampler.formats.bounds import GROUP_SIZE, N_GROUPS
 from sampler.formats.channels import STATE, VARIABLES, WORKS
 from tablegen.config.complaints import MISSING, complaint, refusal, shown
@@ -415,10 +415,11 @@ def scene_over(config: Config, name_or_path: str | Path) -> tuple[Config, str | 
 def read_text(path: Path) -> str:
     """Read a text file, and drop the byte-order mark that some editors write."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        text = read_file("file", path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         position = f"byte {error.object[error.start]:#04x} at position {error.start}"
         raise InputError("", position, "UTF-8 text", source=path.name) from error
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _pair_of_scene(reference: str, origin: str, directory: Path) -> Config:

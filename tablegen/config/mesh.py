@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
-from sampler.files import check_input
+from sampler.files import read_file
 from tablegen.config.solids import FlatError, mass_of, principal_axes, true_vertices
 from tablegen.config.support_map_builder import make_map
 from tablegen.model.float_array import FloatArray
@@ -27,8 +27,13 @@ from tablegen.model.shapes import Body, SupportMap, longest_list
 #: Kinds of files that can be read, by suffix.
 SUFFIXES = (".stl", ".obj", ".ply")
 
-#: Most vertices of a hull; a configuration carries them all.
+#: Most vertices of a hull, which a configuration carries all; a hull of more is thinned.
 MOST_VERTICES = 10_000
+
+#: Distance of a left-out corner from the faces of a thinned hull, over the largest extent, that
+#: qhull allows, and the tolerance that is stated: merging faces, qhull overshoots by a tenth.
+_THINNING = 4e-4
+THINNED_WITHIN = 5e-4
 
 #: Least size of an STL body over the steps of single precision in which its corners are rounded.
 _LEAST_STEPS = 1e4
@@ -78,8 +83,10 @@ class MeshFile:
     """Name and content of a mesh file."""
 
     name: str
-    #: Corners of the convex hull, in units and axes of the file.
+    #: Corners of the convex hull, thinned if it had many, in units and axes of the file.
     vertices: Vertices
+    #: Number of corners before.
+    corners: int
     #: Volume of the mesh over that of its convex hull, 1 for a convex mesh; None where the surface
     #: is open, or its faces disagree on the outside.
     solidity: float | None
@@ -94,7 +101,7 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     """Read an STL, OBJ or PLY file, and take the convex hull of its surface.
 
     Raises `InputError` if the file is missing or cannot be read, or the mesh is empty or flat, or
-    has a size outside of `MESH_SIZE` or too many corners.
+    has a size outside of `MESH_SIZE`. See `thinned` for a hull of many corners.
     """
     path = Path(path)
     points, faces = _triangles(path)
@@ -109,15 +116,24 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
         corners = points[true_vertices(points)]
     except FlatError as error:
         raise _refused(path, "which is flat", "a mesh that encloses a volume") from error
-    if len(corners) > MOST_VERTICES:
-        given = f"whose convex hull has {len(corners)} vertices"
-        raise _refused(path, given, f"up to {MOST_VERTICES}")
     size = np.ptp(points, axis=0).max()
     volume = _enclosed_volume(points / size, faces)
     hull = ConvexHull((corners - corners.mean(axis=0)) / size)
-    vertices: Vertices = tuple(map(tuple, corners.tolist()))
+    vertices: Vertices = tuple(map(tuple, thinned(corners).tolist()))
     solidity = None if volume is None else volume / mass_of(hull).volume
-    return MeshFile(path.name, vertices, solidity)
+    return MeshFile(path.name, vertices, len(corners), solidity)
+
+
+def thinned(corners: FloatArray) -> FloatArray:
+    """Leave out corners of a convex hull of more than `MOST_VERTICES`, and return the others.
+
+    Those that are left out lie within `THINNED_WITHIN` of the new hull, over the largest extent.
+    """
+    if len(corners) <= MOST_VERTICES:
+        return corners
+    scaled = (corners - corners.mean(axis=0)) / np.ptp(corners, axis=0).max()
+    kept = corners[np.sort(ConvexHull(scaled, qhull_options=f"W{_THINNING}").vertices)]
+    return kept[true_vertices(kept)]
 
 
 def _lost_digits(points: FloatArray) -> str | None:
@@ -133,17 +149,17 @@ def _lost_digits(points: FloatArray) -> str | None:
 def mesh_particle(vertices: ArrayLike) -> MeshParticle:
     """Make a particle of the convex hull of points (n, 3), in any units and axes.
 
-    Raises `InputError` if there are fewer than four points, too many, one that is not finite, a
-    size outside of `MESH_SIZE`, or they lie in a plane.
+    Raises `InputError` if there are fewer than four points, one that is not finite, a size outside
+    of `MESH_SIZE`, or they lie in a plane. See `thinned` for a hull of many corners.
     """
     points = np.asarray(vertices, dtype=np.float64)
-    if points.ndim != 2 or points.shape[1] != 3 or not 4 <= len(points) <= MOST_VERTICES:
-        allowed = f"4 to {MOST_VERTICES} rows of three numbers"
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 4:
+        allowed = "4 or more rows of three numbers"
         raise InputError("vertices", f"shape {points.shape}", allowed)
     if problem := _size_problem(points):
         raise InputError("vertices", problem, _SIZES)
     try:
-        points = points[true_vertices(points)]
+        points = thinned(points[true_vertices(points)])
     except FlatError as error:
         allowed = "points that span a volume"
         raise InputError("vertices", "points that lie in a plane", allowed) from error
@@ -197,10 +213,9 @@ def _triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
         raise _refused(path, "", f"a file ending in {', '.join(SUFFIXES)}")
-    check_input("particle", path)
+    # bytes have no folder from which trimesh could read materials and images that they name
+    content = io.BytesIO(read_file("particle", path))
     try:
-        # bytes have no folder from which trimesh could read materials and images that they name
-        content = io.BytesIO(path.read_bytes())
         mesh = trimesh.load_mesh(content, kind[1:], process=False, skip_materials=True)
     except Exception as error:
         # trimesh raises anything on a file of another kind than its suffix says

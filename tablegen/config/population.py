@@ -14,7 +14,7 @@ from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from tablegen.config.complaints import refusal, shown
 from tablegen.config.defaults import MIXTURE
 from tablegen.config.field_types import AspectPair, AspectRange, Line, Record
-from tablegen.config.mesh import MOST_VERTICES, MeshFile, MeshParticle, Vertices, cached_particle
+from tablegen.config.mesh import MeshFile, MeshParticle, Vertices, cached_particle
 from tablegen.config.particles_text import particles_text
 from tablegen.config.support_map_builder import SLACK
 from tablegen.model.model_bounds import ASPECT
@@ -109,7 +109,7 @@ def _solid(vertices: Vertices) -> Vertices:
     try:
         cached_particle(vertices)
     except InputError as error:
-        raise ValueError(f"4 to {MOST_VERTICES} points that span a volume") from error
+        raise ValueError("4 or more points that span a volume") from error
     return vertices
 
 

@@ -112,7 +112,6 @@ def generate(
             named = contents, config, str(path), conditions, _MEASURE_SEED
             validation = validate_contents(*named, **how)
             contents = with_accuracy(contents, validation)
-        store.check_output_is_free()
         write_table(path, contents)
         store.remove()
     seconds = runner.seconds + time.process_time() - begin

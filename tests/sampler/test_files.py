@@ -1,5 +1,6 @@
 """Files by name, and outputs that are written whole or not at all."""
 
+import errno
 import json
 
 import numpy as np
@@ -9,6 +10,7 @@ from refusals import refused
 from sampler.errors import InputError
 from sampler.files import (
     atomic_output,
+    check_output,
     commented_fields,
     find_file,
     find_table,
@@ -34,6 +36,12 @@ def test_missing_files_are_refused_in_one_line():
     refused("mesh", read_file, "mesh", "none")
 
 
+@pytest.mark.parametrize("given", [None, 3, ["corundum-steel"]])
+def test_what_is_no_name_is_refused(given):
+    line = refused("table", find_table, given)
+    assert line == f"table: got {type(given).__name__}, allowed: a name, or the path of a .h5 file"
+
+
 def fill_the_disk(path):
     with atomic_output(path) as temporary:
         temporary.write_text("half")
@@ -57,6 +65,46 @@ def test_a_link_stays_and_its_file_is_replaced(tmp_path):
     write_text(tmp_path / "link", "text")
     assert (tmp_path / "link").is_symlink()
     assert (tmp_path / "file").read_text() == "text"
+
+
+def no_links(*_):
+    raise OSError(errno.EPERM, "no hard links here")
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_a_file_that_appeared_since_the_check_is_kept_once(tmp_path, monkeypatch, links):
+    if not links:
+        monkeypatch.setattr("os.link", no_links)
+    path = tmp_path / "a.txt"
+    check_output(path)
+    write_text(path, "ours")
+    write_text(path, "ours again")
+    assert path.read_text() == "ours again"
+    path.unlink()
+    check_output(path)
+    path.write_text("of another program")
+    for use in (check_output, lambda path: write_text(path, "ours")):
+        with pytest.raises(InputError, match="was written by another program during this run"):
+            use(path)
+        assert path.read_text() == "of another program"
+        path.unlink()
+        check_output(path)
+        path.write_text("of another program")
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_an_output_that_was_there_at_the_check_is_replaced(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("older")
+    check_output(path)
+    write_text(path, "newer")
+    assert path.read_text() == "newer"
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\0b"])
+def test_names_that_no_file_can_have_are_refused_before_any_work(tmp_path, name):
+    with pytest.raises(InputError, match=r"^output: cannot write [^\n]*(too long|null)"):
+        check_output(tmp_path / name)
 
 
 @pytest.mark.parametrize(

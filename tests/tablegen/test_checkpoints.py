@@ -61,17 +61,6 @@ class TestStore:
             CheckpointStore(output, "fingerprint", **ways)
         assert store.load(KEY) is not None
 
-    def test_an_output_that_appeared_during_the_run_is_not_replaced(self, store, output):
-        store.check_output_is_free()
-        output.write_bytes(b"another table")
-        with pytest.raises(InputError, match="was written by another program during this run"):
-            store.check_output_is_free()
-
-    def test_an_output_that_was_there_may_be_replaced(self, output):
-        output.write_bytes(b"to be replaced")
-        with CheckpointStore(output, "fingerprint") as store:
-            store.check_output_is_free()
-
     def test_leaves_nothing_without_checkpoints(self, output):
         with CheckpointStore(output, "fingerprint", resume=True) as store:
             assert not store.resumed

@@ -35,10 +35,11 @@ print("locked", flush=True)
 sys.stdin.read()
 """
 
-#: Commands that read a table; validate and prune read it by the same function before they refuse.
+#: Commands that read a table; all others read it by the same function.
 COMMANDS = (
     ("tablegen", "inspect", "t.h5"),
     ("tablegen", "inspect", "t.h5", "--config"),
+    ("tablegen", "validate", "t.h5", "--seed", "1"),
     (
         "sampler",
         "draw",
@@ -106,5 +107,5 @@ def test_files_that_may_not_be_read_are_not_called_damaged(table):
     table.chmod(0)
     if os.access(table, os.R_OK):
         pytest.skip("this user reads everything")
-    with pytest.raises(TableError, match="cannot be read: Permission denied"):
+    with pytest.raises(TableError, match=r"cannot read .*: Permission denied"):
         sampler.load(table)

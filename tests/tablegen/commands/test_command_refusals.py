@@ -60,6 +60,8 @@ def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, wor
         (kept, f"{kept} exists; give a new name, or --overwrite"),
     ):
         assert refused(*words, flag, path) == f"{flag}: {said}"
+    line = refused(*words, flag, tmp_path / f"{'x' * 300}{kept.suffix}")
+    assert line.endswith("File name too long")
 
 
 def test_files_beside_an_output_are_kept(refused, tmp_path):

@@ -14,7 +14,7 @@ import sampler
 import tablegen
 from sampler.files import data_directory
 from tablegen.config.config import load_config, parse_config
-from tablegen.config.mesh import SUFFIXES, mesh_particle, read_mesh
+from tablegen.config.mesh import MOST_VERTICES, SUFFIXES, mesh_particle, read_mesh
 from tablegen.model.shapes import FIRST_MESH
 
 PAIR_TEXT = (data_directory() / "corundum-steel.toml").read_text(encoding="utf-8")
@@ -73,6 +73,27 @@ class TestFiles:
         assert len(read.vertices) == 8
         assert read.solidity is None
         assert not read.is_convex
+
+
+@pytest.mark.parametrize("squash", [(1.0, 1.0, 1.0), (1.0, 0.05, 0.05), (1.0, 1.0, 0.05)])
+def test_a_hull_of_many_corners_is_thinned_within_the_tolerance(tmp_path, squash):
+    sphere = trimesh.creation.icosphere(5).apply_scale(squash)  # 10242 corners
+    read = read_mesh(written(tmp_path, "many.ply", sphere))
+    assert read.corners == 10_242
+    assert 100 < len(read.vertices) < MOST_VERTICES
+    assert read.is_convex
+    corners = {row.tobytes() for row in np.asarray(sphere.vertices, dtype=np.float32)}
+    assert {np.asarray(row, dtype=np.float32).tobytes() for row in read.vertices} <= corners
+    # how far the body reaches along directions loses no more than the tolerance, 5e-4 of 2
+    directions = np.random.default_rng(1).standard_normal((2000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    reach = [(directions @ np.asarray(v).T).max(axis=1) for v in (sphere.vertices, read.vertices)]
+    lost = (reach[0] - reach[1]).max()
+    assert 1e-4 < lost < 1e-3
+    made = mesh_particle(sphere.vertices)
+    expected = np.sort((sum(np.square(squash)) - np.square(squash)) / 5.0)
+    # the needle is 0.05 thick, of which 5e-4 on either side may be lost
+    np.testing.assert_allclose(made.moments, expected, rtol=0.02)
 
 
 FLAT = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
