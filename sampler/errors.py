@@ -114,6 +114,9 @@ FLAGS = {"angle": ANGLE, "speed": SPEED, "spin": SPIN, "extrapolated": EXTRAPOLA
 #: Characters of a given value that are worth repeating.
 _LONGEST = 60
 
+#: Characters of a given value that a sentence has at most; the path of a file may be long.
+_LONGEST_GIVEN = 300
+
 
 class InputError(ValueError):
     """A mistake of a user: what was given for an argument, field or flag cannot be used.
@@ -169,14 +172,16 @@ class InputError(ValueError):
         self.source, self.further = source, further
 
     def __str__(self) -> str:
-        what = [] if self.given is None else [f"got {self.given}"]
+        what = [] if self.given is None else [f"got {str(self.given)[:_LONGEST_GIVEN]}"]
         what += [self.problem] if self.problem else []
         what += [f"allowed: {self.allowed}"] if self.allowed else []
         what[:1] = [f"{first}{self._place()}" for first in what[:1]]
         text = ", ".join(what)
         text += f"; {self.remedy}" if self.remedy else ""
         line = ": ".join(part for part in (self.source, self.argument, text) if part)
-        return "; ".join([line, *map(str, self.further)])
+        line = "; ".join([line, *map(str, self.further)])
+        # one line, whatever a name or a value holds
+        return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
 
     def _place(self) -> str:
         """Name the row, and the particle where it is known."""

@@ -17,6 +17,7 @@ from sampler.arguments import (
     as_isotropic,
     as_positive,
     as_reals_up_to,
+    as_rows_of,
     as_threads,
     broadcast,
     check_grain_word,
@@ -84,7 +85,7 @@ class Table:
         *,
         outside: Literal["clamp", "raise"] = "clamp",
     ) -> None:
-        if outside not in ("clamp", "raise"):
+        if not isinstance(outside, str) or outside not in ("clamp", "raise"):
             raise InputError("outside", repr(outside), "'clamp', 'raise'")
         self._table = OpenTable(table_image(contents))
         self.columns = contents.variables
@@ -438,14 +439,16 @@ class Table:
             The value that the variable stays below with probability p. The probability of the
             returned value has a standard error of sqrt(p (1 - p) / 2**18), at most 0.001.
         """
-        if variable not in self.columns:
+        if not isinstance(variable, str) or variable not in self.columns:
             allowed = f"one of {', '.join(self.columns)}"
             raise InputError("variable", repr(variable), allowed)
         column = self.columns.index(variable)
         probability = as_reals_up_to("p", p, 1.0)
-        spins = np.asarray(0.0 if spin is None else spin)
-        shapes = {"p": probability.shape, "alpha1": np.shape(alpha1), "speed": np.shape(speed)}
-        shape = common_shape(shapes | {"spin": spins.shape[:-1]})
+        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
+        shapes = {name: as_rows_of(name, values).shape for name, values in given.items()}
+        if spin is not None:
+            shapes["spin"] = shapes["spin"][:-1]
+        shape = common_shape({"p": probability.shape} | shapes)
         probabilities = np.unique(probability)
         values = self._reduced(
             alpha1, speed, spin, lambda states: np.quantile(states[:, column], probabilities)

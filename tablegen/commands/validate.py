@@ -85,7 +85,7 @@ def validate(
     at = _conditions(alpha, speed)
     contents = read_table(find_table(table))
     if contents.of_spheres:
-        if settings.get("accuracy") or at or store or json_file or html_file or details:
+        if settings.get("accuracy") is not None or at or store or json_file or html_file or details:
             problem, remedy = "a table of spheres is exact", "of all options, only --seed applies"
             raise InputError("", problem=problem, remedy=remedy, source=table)
         return print_spheres(contents, settings["seed"])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from refusals import refused
 
+import sampler
 from sampler.arguments import as_integer
 
 IMPACT = {"velocity": [60.0, -80.0, 0.0], "normal": [0.0, 1.0, 0.0], "half_size": 1e-5}
@@ -81,3 +82,25 @@ def test_keys_are_integers(table, name, said):
 def test_integers_of_any_kind(value):
     number = as_integer("count", value, 1, 7, "1 to 7")
     assert (number, type(number)) == (7, int)
+
+
+RAGGED = [[0.1], [0.2, 0.3]]
+
+
+@pytest.mark.parametrize(
+    ("argument", "call"),
+    [
+        ("alpha1", lambda t: t.quantile(0.5, "v", RAGGED, 100.0)),
+        ("speed", lambda t: t.quantile(0.5, "v", 0.5, RAGGED)),
+        ("spin", lambda t: t.quantile(0.5, "v", 0.5, 100.0, RAGGED)),
+        ("p", lambda t: t.quantile(RAGGED, "v", 0.5, 100.0)),
+        ("variable", lambda t: t.quantile(0.5, np.array(["u", "v"]), 0.5, 100.0)),
+        ("variable", lambda t: t.quantile(0.5, "u\n" * 9000, 0.5, 100.0)),
+        ("outside", lambda _: sampler.load("kharaz-2001", outside=np.array(["clamp", "raise"]))),
+        ("table", lambda _: sampler.load("\n\t")),
+        ("table", lambda _: sampler.load(None)),
+        ("index", lambda t: t.sample(0.5, 100.0, seed=1, index=["wrong"] * 2000)),
+    ],
+)
+def test_odd_arguments_get_one_short_line(table, argument, call):
+    assert len(refused(argument, call, table)) < 500

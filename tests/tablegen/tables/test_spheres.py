@@ -118,9 +118,10 @@ def test_commands(call, refuse, tmp_path):
     assert simulated.status == call("sampler", "draw", made, *flags, "--output", there).status == 0
     states = (np.load(path)["state"] for path in (here, there))
     np.testing.assert_allclose(*states, rtol=0.0, atol=1e-12)
-    assert refuse("tablegen", "validate", made, "--details").endswith(
-        "a table of spheres is exact; of all options, only --seed applies"
-    )
+    for words in (["--details"], ["--accuracy", "nonsense"], ["--accuracy", ""]):
+        assert refuse("tablegen", "validate", made, *words).endswith(
+            "a table of spheres is exact; of all options, only --seed applies"
+        )
 
 
 def test_what_is_refused():
