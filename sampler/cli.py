@@ -31,8 +31,8 @@ from sampler.version import __version__
 _READING = """
 
 \b
-The output holds state (N, 6), that is u, v, w over V and omega_x, omega_y, omega_z times a/V,
-and columns, their names. Read it with numpy.load("a.npz")["state"]."""
+The output has two arrays: state (N, 6), which is u, v, w over V and omega_x, omega_y, omega_z
+times a/V; and columns, their names. Read the states with numpy.load("a.npz")["state"]."""
 
 
 @click.command(
@@ -46,9 +46,19 @@ and columns, their names. Read it with numpy.load("a.npz")["state"]."""
     + _READING,
 )
 @options.table
-@click.option("--alpha", required=True, type=options.ANGLE, metavar="DEG", help="Impact angle.")
-@click.option("--speed", required=True, type=options.POSITIVE, metavar="M_S", help="Impact speed.")
-@click.option("--count", required=True, type=options.COUNT, metavar="N", help="Number of states.")
+@click.option(
+    "--alpha",
+    required=True,
+    type=options.ANGLE,
+    metavar="DEG",
+    help="Impact angle from the wall, degrees.",
+)
+@click.option(
+    "--speed", required=True, type=options.POSITIVE, metavar="M_S", help="Impact speed V, m/s."
+)
+@click.option(
+    "--count", required=True, type=options.COUNT, metavar="N", help="Number of states to draw."
+)
 @click.option(
     "--seed", required=True, type=options.SEED, metavar="S", help="Seed of the random numbers."
 )
@@ -57,7 +67,8 @@ and columns, their names. Read it with numpy.load("a.npz")["state"]."""
     nargs=3,
     type=options.COMPONENT,
     metavar="WX WY WZ",
-    help="Spin before the impact times a/V, in the frame of the wall; needs a table with spin law.",
+    help="Angular velocity before the impact times a/V, in the frame of the wall. The table needs "
+    "a spin law.",
 )
 @options.output("F.npz", ".npz")
 @click.option(
@@ -65,7 +76,8 @@ and columns, their names. Read it with numpy.load("a.npz")["state"]."""
     type=click.Choice(["clamp", "raise"]),
     default="clamp",
     show_default=True,
-    help="Outside the table's range: use its edge and say so, or stop.",
+    help="What to do outside the range of the table: draw at the nearest condition with a warning, "
+    "or stop.",
 )
 def draw(
     table: str,
@@ -77,7 +89,7 @@ def draw(
     output: Path,
     outside: Literal["clamp", "raise"],
 ) -> int:
-    """Draw rebound states at one impact angle and speed."""
+    """Draw rebound states at one impact angle and speed, and write them to a file."""
     import numpy as np
 
     from sampler.table import load
@@ -115,9 +127,10 @@ def _of_flags(error: InputError) -> InputError:
 @options.table
 @options.output("T.rbt", ".rbt")
 def export(table: str, output: Path) -> int:
-    """Write a table as a binary table (.rbt) that C, C++ and Fortran map into memory.
+    """Write a table as a binary table (.rbt) for C, C++, Fortran and OpenFOAM.
 
-    The header that reads it lies in the folder that `python -m sampler --include-dir` prints.
+    Programs in these languages map the file into memory. The command
+    `python -m sampler --include-dir` prints the folder of the header that reads it.
     """
     from sampler.formats.hdf5 import read_table
     from sampler.formats.image import write_binary_table
@@ -131,14 +144,14 @@ def export(table: str, output: Path) -> int:
 @click.command(
     "list",
     cls=options.Command,
-    short_help="List tables, pairs, scenes and measurements that have a name.",
+    short_help="List the tables, pairs, scenes and measurements that have a name.",
     epilog=examples("PROGRAM list", "PROGRAM list --json"),
 )
 @options.as_json
 def list_names(as_json: bool) -> int:
     """List the tables, material pairs, scenes and measurements that come with the package, by name.
 
-    A name stands for its file wherever a command takes one of them.
+    Wherever a command takes a file, it also takes one of these names.
     """
     names = catalogue()
     click.echo(json_text(names).rstrip() if as_json else _catalogue_text(names))
@@ -240,7 +253,7 @@ def _print_include_directory(ctx: click.Context, _: click.Parameter, given: bool
     is_eager=True,
     expose_value=False,
     callback=_print_include_directory,
-    help="Print the folder of rebound_sampler.h and rebound_sampler.f90, and exit.",
+    help="Print the folder that has rebound_sampler.h and rebound_sampler.f90, and exit.",
 )
 def cli() -> None:
     """Draw rebound states of non-spherical particles from a table.

@@ -237,20 +237,26 @@ TABLE = Named(".h5")
 table = click.argument("table", type=TABLE, metavar="T.h5|NAME")
 
 #: Adds ``as_json``: whether the result is for a program to read.
-as_json = click.option("--json", "as_json", is_flag=True, help="Print it for a program to read.")
+as_json = click.option(
+    "--json", "as_json", is_flag=True, help="Print the result as JSON, for a program to read."
+)
 
 #: Adds ``progress``: whether the command says how far it is.
 progress = click.option(
     "--progress/--quiet",
     default=True,
-    help="Say how far it is: a bar on a terminal, else a line every half minute.",
+    help="Show progress, or not: a bar on a terminal, otherwise a line every half minute.",
 )
 
 #: Adds ``html_file``: where a page is written, if anywhere.
-html_file = click.option("--html", "html_file", type=OUTPUT, metavar="F", help="Write a page.")
+html_file = click.option(
+    "--html", "html_file", type=OUTPUT, metavar="F", help="Write the results to this HTML page."
+)
 
 #: Adds ``threads``: how many work, if not one a processor.
-threads = click.option("--threads", type=THREADS, help="Default: one a processor.")
+threads = click.option(
+    "--threads", type=THREADS, help="Number of threads; by default one for each processor."
+)
 
 
 def json_file(help_text: str) -> Callable[[Decorated], Decorated]:
@@ -273,7 +279,7 @@ overwrite = click.option(
     is_eager=True,
     expose_value=False,
     callback=lambda ctx, _, value: ctx.meta.update({_OVERWRITE: value}),
-    help="Replace outputs that exist.",
+    help="Replace output files that exist.",
 )
 
 

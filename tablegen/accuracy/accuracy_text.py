@@ -1,4 +1,4 @@
-"""Results of a validation as tables and sentences, for terminal and page."""
+"""Write the result of a validation as tables and sentences, for the terminal and for HTML pages."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,13 +9,14 @@ from tablegen.config.metric_table import METRICS, little_declared, metric_of
 from tablegen.presentation import TextTable
 
 _JUDGED = (
-    "A number holds if it is within its limit when three errors are taken off. Of numbers that are "
-    "within, at most one in 700 is said to miss. All hold noise."
+    "A number holds if number - 3 error is within its limit. If the true distance is within the "
+    "limit, the number misses it with a probability of at most 1 in 700. All numbers include "
+    "sampling noise."
 )
 
 
 def numbers_table(numbers: Sequence[Judged], stored: Mapping[str, float]) -> TextTable:
-    """Make the table of judged numbers, beside those that the table file stores."""
+    """Make the table of judged numbers, beside the numbers that the table file stores."""
     head = ["", "worst", "error", "limit", "", "stored", "worst at"]
     rows = []
     for number in numbers:
@@ -35,7 +36,7 @@ def numbers_table(numbers: Sequence[Judged], stored: Mapping[str, float]) -> Tex
 
 
 def conditions_table(measured: Sequence[Measured], caption: str) -> TextTable:
-    """Make the table of the distances at each condition, with their errors."""
+    """Make a table of the distances at each condition, with their errors."""
     head = ["condition", *(column for m in METRICS.values() for column in (m.head, "error"))]
     rows = []
     for comparison in measured:
@@ -48,34 +49,36 @@ def conditions_table(measured: Sequence[Measured], caption: str) -> TextTable:
 
 
 def detail_tables(validation: Validation) -> list[TextTable]:
-    """Make the tables of all conditions of a validation, and of the means at each."""
-    spin = "Spin law, without spin, with the own grain"
-    laws = {"First impacts": validation.comparisons, spin: validation.own}
-    tables = [conditions_table(some, caption) for caption, some in laws.items() if some]
-    return tables + [detail_table(c) for some in laws.values() for c in some]
+    """Make the tables of distances at all conditions, then a table of means for each condition."""
+    laws = {
+        "First-impact law": validation.comparisons,
+        "Spin law, at impacts without spin": validation.own,
+    }
+    tables = [conditions_table(law, caption) for caption, law in laws.items() if law]
+    return tables + [detail_table(one) for law in laws.values() for one in law]
 
 
 def detail_table(comparison: Comparison) -> TextTable:
-    """Make the table of means, modes, energy and scattering angles at one condition."""
-    c, distances = comparison, comparison.estimates["ks"].by_variable
-    sides = c.table, c.direct
+    """Make a table of means, modes, energy and scattering angles at one condition."""
+    distances = comparison.estimates["ks"].by_variable
+    sides = comparison.table, comparison.direct
     rows = []
-    for k, (name, ks) in enumerate(zip(c.variables, distances, strict=True)):
+    for k, (name, ks) in enumerate(zip(comparison.variables, distances, strict=True)):
         numbers = [side.mean[k] for side in sides] + [side.mode[k] for side in sides] + [ks]
         rows.append([name, *(f"{x:.4f}" for x in numbers)])
     energies = [f"{side.translational_energy:.4f}" for side in sides]
-    rows.append(["translational energy, relative", *energies, "", "", ""])
+    rows.append(["translational energy after / kinetic energy before", *energies, "", "", ""])
     for k, name in enumerate(("alpha2", "beta2")):
         means = [f"{side.scattering_mean_deg[k]:.2f}" for side in sides]
         spreads = [f"{side.scattering_standard_deviation_deg[k]:.2f}" for side in sides]
         rows.append([f"{name}, mean [degrees]", *means, "", "", ""])
-        rows.append([f"{name}, deviation [degrees]", *spreads, "", "", ""])
+        rows.append([f"{name}, standard deviation [degrees]", *spreads, "", "", ""])
     head = ("", "mean, table", "direct", "most probable, table", "direct", "KS")
-    return TextTable(f"At {c.place}", head, rows)
+    return TextTable(f"At {comparison.place}", head, rows)
 
 
 def verdict_words(missed: Sequence[object], accuracy: str = "declared accuracy") -> str:
-    """Say in one sentence whether an accuracy holds; every text and page uses these words.
+    """Return one sentence on whether an accuracy holds; all texts and pages use this sentence.
 
     ``accuracy`` is "declared accuracy" or "accuracy asked for".
     """
@@ -83,7 +86,7 @@ def verdict_words(missed: Sequence[object], accuracy: str = "declared accuracy")
 
 
 def verdict_lines(validation: Validation) -> list[str]:
-    """Say whether the accuracy holds, and if not, what to change."""
+    """Return whether the accuracy holds, and if not, what to change."""
     config, missed = validation.config, validation.missed
     same = (validation.asked, validation.asked_spin) == (config.accuracy, config.spin_targets)
     words = verdict_words(missed, "declared accuracy" if same else "accuracy asked for")
@@ -91,16 +94,18 @@ def verdict_lines(validation: Validation) -> list[str]:
 
 
 def validation_notes(validation: Validation) -> list[str]:
-    """Say what was compared, with which seed, and how it was judged."""
+    """Return what was compared, with which seed, and how it was judged."""
     seed, count = validation.seed, len(validation.comparisons)
-    states = f"{validation.comparisons[0].states:,} states a side" if count else "no states"
-    lines = [f"{count} condition{'s' * (count != 1)} of the first-impact law, {states}."]
+    lines = [f"The first-impact law was compared at {count} condition{'s' * (count != 1)}."]
+    if count:
+        states = validation.comparisons[0].states
+        lines = [f"{lines[0][:-1]}, with {states:,} states on each side."]
     if validation.own:
         lines.append(
-            f"Spin law: {len(validation.own)} conditions without spin, and {len(validation.hits)} "
-            "groups of hits along chains."
+            f"The spin law was compared at {len(validation.own)} conditions without spin, and at "
+            f"{len(validation.hits)} groups of hits along chains."
         )
-    lines += [_JUDGED, f"Seed {seed}: --seed {seed} makes the same validation again."]
+    lines += [_JUDGED, f"To repeat this validation, give --seed {seed}."]
     if little := little_declared(validation.config.accuracy.model_dump()):
         lines.append(f"Note: {little}.")
     return lines

@@ -1,4 +1,8 @@
-"""Compare a table with direct simulation at one condition."""
+"""Compare a table with direct simulation at one impact condition.
+
+The distances are those of `tablegen.accuracy.metrics`; states are velocities over V and angular
+velocities times a/V.
+"""
 
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -11,41 +15,42 @@ from tablegen.model.float_array import FloatArray
 
 @dataclass(frozen=True)
 class Measured:
-    """Distances between two samples at one condition."""
+    """Distances between two samples of states at one condition."""
 
     #: Impact angle [degrees] and speed [m/s].
     alpha_deg: float
     speed: float
-    #: Distances by metric.
+    #: Distances by the names of the metrics.
     estimates: dict[str, Estimate]
-    #: Whether particles had their own grain, by the spin law; else the first-impact law.
+    #: Whether the spin law was compared, in which each particle keeps its own grain; else the
+    #: first-impact law was.
     own: bool = field(default=False, kw_only=True)
 
     @property
     def place(self) -> str:
-        """The condition in words."""
+        """Angle and speed in words."""
         return f"{self.alpha_deg:.2f} degrees, {self.speed:.1f} m/s"
 
     def distances(self) -> dict[str, float | list[float]]:
-        """Give the distances of the samples by metric, noise included; lists are by variable."""
+        """Return the distances by metric, including noise; a list has one for each variable."""
         distances = {name: estimate.distance for name, estimate in self.estimates.items()}
         return {name: list(d) if isinstance(d, tuple) else d for name, d in distances.items()}
 
 
 @dataclass(frozen=True)
 class Comparison(Measured):
-    """Table against direct simulation at one condition."""
+    """Distances between a table and direct simulation at one condition, and what each gives."""
 
-    #: Description of each sample.
+    #: Means, modes, energy and angles of each sample.
     table: Profile
     direct: Profile
-    #: Variables of a state.
+    #: Names of the variables of a state.
     variables: tuple[str, ...] = field(default=STATE)
-    #: States a side.
+    #: Number of states on each side.
     states: int = 0
 
     def to_dict(self) -> dict[str, Any]:
-        """Give every number for JSON."""
+        """Return all numbers as a dictionary for JSON."""
         return {
             "alpha_deg": self.alpha_deg,
             "speed": self.speed,
@@ -68,10 +73,20 @@ def compare(
     variables: tuple[str, ...] = STATE,
     own: bool = False,
 ) -> Comparison:
-    """Compare draws (n, d) from a table with simulated states (m, d) at one condition.
+    """Compare states (n, d) drawn from a table with simulated states (m, d) at one condition.
 
-    The impact angle is in degrees from the wall, the speed in m/s. The seed selects the projection
-    directions and the classifier. ``variables`` names the d columns; ``own``: see `Measured`.
+    Parameters
+    ----------
+    table, direct : ndarray, shape (n, d) and (m, d)
+        States.
+    alpha_deg, speed : float
+        Impact angle from the wall [degrees] and impact speed [m/s].
+    seed : int
+        Seed of the projection directions and of the classifier.
+    variables : tuple of str
+        Names of the d columns.
+    own : bool
+        Whether the states are of the spin law (`Measured.own`).
     """
     return Comparison(
         alpha_deg=float(alpha_deg),

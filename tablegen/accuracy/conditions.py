@@ -1,4 +1,8 @@
-"""Impact conditions at which the accuracy of a table is measured."""
+"""Choose the impact conditions at which the accuracy of a table is measured.
+
+The fit of a table is best at its nodes, so conditions lie between them. Angles are in degrees from
+the wall, speeds in m/s.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,35 +14,37 @@ from sampler.errors import InputError
 from sampler.table import Table
 from tablegen.model.float_array import FloatArray
 
-#: Least distance of a condition from a node, as a share of the distance between nodes.
+#: Smallest distance of a condition from a node, over the distance between the two nodes around it.
 _MARGIN = 0.2
 
-#: Largest number of conditions whose spread over the plane is optimised; more would take seconds.
+#: Largest number of conditions whose spread over the plane of angle and speed is optimised. For
+#: more conditions the optimisation would take seconds.
 _OPTIMISED = 256
 
-#: Angles of the last two conditions of particles with their own grain, over the largest.
+#: Angles of the last two conditions of the spin law, over the largest angle.
 _STEEP = (0.96, 0.99)
 
-#: Purpose of the random numbers, next to the seed.
+#: Separates the random numbers of this module from others with the same seed.
 _KEY = 2**31
 
 
 class Place(NamedTuple):
-    """Impact condition, without spin, at which a table is compared with direct simulation."""
+    """Impact condition without spin at which a table is compared with direct simulation."""
 
     #: Impact angle [degrees] and speed [m/s].
     alpha_deg: float
     speed: float
-    #: Whether particles have their own grain, by the spin law; else the first-impact law.
+    #: Whether the spin law is compared, in which each particle keeps its own grain; else the
+    #: first-impact law is.
     own: bool = False
 
 
 def pick_conditions(table: Table, count: int, seed: int) -> list[Place]:
-    """Choose conditions between nodes, evenly spread over angle and speed and sorted by angle.
+    """Choose conditions between nodes, evenly spread over angle and speed, and sorted by angle.
 
-    The conditions are a Latin hypercube of low discrepancy over degrees and m/s. Each is then moved
-    inside its cell to keep a fifth of the cell's width from the nodes. An axis of one node has only
-    that value.
+    The conditions are a Latin hypercube of low discrepancy over degrees and m/s. Each one is then
+    moved inside its cell, so that its distance from the nodes is at least a fifth of the width of
+    the cell. If an axis has one node, all conditions have the value of that node.
     """
     if count == 0:
         return []
@@ -52,7 +58,7 @@ def pick_conditions(table: Table, count: int, seed: int) -> list[Place]:
 
 
 def _between_nodes(u: FloatArray, nodes: FloatArray) -> FloatArray:
-    """Map numbers from 0 to 1 to the inside of the cells of an axis."""
+    """Map numbers u from 0 to 1 to values inside the cells of an axis."""
     if len(nodes) == 1:
         return np.full(len(u), nodes[0])
     value = nodes[0] + u * (nodes[-1] - nodes[0])
@@ -62,9 +68,9 @@ def _between_nodes(u: FloatArray, nodes: FloatArray) -> FloatArray:
 
 
 def pick_own_conditions(table: Table, count: int, seed: int) -> list[Place]:
-    """Choose conditions as `pick_conditions` for particles with their own grain.
+    """Choose conditions of the spin law, as `pick_conditions` does.
 
-    The last two are nearly normal impacts, where the law changes fastest.
+    The last two are nearly normal impacts, because there the law changes fastest with the angle.
     """
     places = [place._replace(own=True) for place in pick_conditions(table, count, seed + 1)]
     last = min(90.0, float(table.alpha_nodes_deg[-1]))
@@ -74,7 +80,7 @@ def pick_own_conditions(table: Table, count: int, seed: int) -> list[Place]:
 
 
 def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:
-    """Refuse conditions that a table does not cover, or none at all, with an `InputError`."""
+    """Return conditions as floats; raise `InputError` if none is given or one is not covered."""
     if not places:
         raise InputError("at", "no condition", "one or more")
     axes = [("alpha", table.alpha_nodes_deg, "degrees")]

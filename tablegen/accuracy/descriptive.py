@@ -1,4 +1,9 @@
-"""Describe one sample of rebound states: moments, modes, energy and scattering angles."""
+"""Describe one sample of rebound states: means, spreads, modes, energy and scattering angles.
+
+States are velocities over the impact speed V and angular velocities times a/V; energies are over
+the kinetic energy before the impact; angles are in degrees. The scattering angles are those of
+Panfilov and Tsirkunov (2022).
+"""
 
 from dataclasses import dataclass
 
@@ -12,22 +17,26 @@ from tablegen.model.float_array import FloatArray
 
 @dataclass(frozen=True)
 class Profile:
-    """Description of one sample of states; tuples are in the order of its variables."""
+    """Description of one sample; each tuple without a comment has one number for each variable."""
 
     count: int
     mean: tuple[float, ...]
     standard_deviation: tuple[float, ...]
-    #: Most probable values, see `modes`.
+    #: Most probable value of each variable (`modes`).
     mode: tuple[float, ...]
     #: Mean translational energy over the initial kinetic energy.
     translational_energy: float
-    #: Means and standard deviations of alpha2 and beta2, degrees.
+    #: Means of alpha2 and beta2 [degrees], and their standard deviations (`scattering_angles`).
     scattering_mean_deg: tuple[float, float]
     scattering_standard_deviation_deg: tuple[float, float]
 
 
 def profile(states: FloatArray, variables: tuple[str, ...] = STATE) -> Profile:
-    """Describe one sample (n, d); energy and angles take u, v, w, or 0 for missing ones."""
+    """Describe one sample (n, d).
+
+    Energy and angles are computed from u, v and w. If the sample lacks one of these, it is taken as
+    0.
+    """
     full = np.zeros((len(states), len(STATE)))
     for k, name in enumerate(variables):
         if name in STATE:
@@ -47,11 +56,15 @@ def profile(states: FloatArray, variables: tuple[str, ...] = STATE) -> Profile:
 def modes(values: FloatArray) -> FloatArray:
     """Estimate the most probable value of each variable of a sample (n, d), shape (d,).
 
-    The peak of a kernel density estimate: a fine histogram smoothed with a Gaussian, and a parabola
-    through its highest three bins. A peak is a root of the density's slope, so the bandwidth is the
-    normal-reference one for the first derivative, (4/5)^(1/7) n^(-1/7) min(sd, IQR/1.34). The
-    estimate is reflected at the smallest and largest value, which keeps a peak at an edge. A value
-    shared by more than half of the sample is the mode. Of two equal peaks either may be returned.
+    It is the peak of a kernel density estimate. A fine histogram is smoothed with a Gaussian, and a
+    parabola through the highest three bins gives the peak. At a peak the slope of the density is 0,
+    so the bandwidth is the normal-reference bandwidth for the first derivative::
+
+        (4/5)^(1/7) n^(-1/7) min(sd, IQR/1.34)
+
+    The density is reflected at the smallest and the largest value, so that a peak at an edge is not
+    smoothed away. If more than half of the sample has one value, this is the mode. If two peaks are
+    equally high, either may be returned.
     Source: Chacon, Duong, Wand, "Asymptotics for general multivariate kernel density derivative
     estimators", Statistica Sinica 21 (2011).
     """
@@ -80,7 +93,8 @@ def _mode(values: FloatArray) -> float:
     if np.count_nonzero(np.abs(values - median) <= CONSTANT_SPREAD) > values.size / 2:
         return float(median)
     width = (0.8 / values.size) ** (1.0 / 7.0) * min(values.std(), (upper - lower) / 1.34)
-    # four bins a bandwidth; the upper limit keeps far outliers from taking all memory
+    # There are four bins in a bandwidth. The upper limit is for samples with far outliers, whose
+    # histogram would otherwise take all memory.
     bins = int(np.clip(np.ceil(4.0 * np.ptp(values) / width), 8, 2**18))
     counts, edges = np.histogram(values, bins=bins)
     step = edges[1] - edges[0]
@@ -90,7 +104,7 @@ def _mode(values: FloatArray) -> float:
 
 
 def _vertex(density: FloatArray, peak: int) -> float:
-    """Give the offset in bins of the vertex of the parabola through three bins."""
+    """Return the distance, in bins, from the highest bin to the vertex of the parabola."""
     if not 0 < peak < density.size - 1:
         return 0.0
     left, top, right = density[peak - 1 : peak + 2]

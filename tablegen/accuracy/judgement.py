@@ -1,7 +1,11 @@
-"""Judge measured numbers against an accuracy.
+"""Judge measured distances against the limits of an accuracy.
 
-Every judged thing is a number, its error and a limit. It holds if the number less three errors is
-within the limit (`tablegen.accuracy.metrics.Estimate.certain`).
+A number holds if
+
+    number - 3 error <= limit
+
+where the error is that of `tablegen.accuracy.metrics`. If the true distance is within the limit,
+the number misses it with a probability of at most 1 in 700.
 """
 
 import math
@@ -12,26 +16,27 @@ from tablegen.accuracy.metrics import Estimate
 from tablegen.config.metric_table import METRICS, PRESETS, SPIN, SPIN_PRESETS, metric_of
 from tablegen.config.targets import AccuracyTargets, SpinTargets
 
-#: A number this many times its limit is a fault of the table, and no limit to declare.
+#: If a number is more than this many times its limit, the table is at fault. The advice is then to
+#: change the table, not to declare a larger limit.
 _FAR = 2.0
 
 
 class Measured(Protocol):
-    """Distances measured somewhere."""
+    """Distances measured at a condition or at hits of a chain."""
 
     @property
     def place(self) -> str:
-        """Where, in words."""
+        """Condition or hits in words."""
 
     @property
     def estimates(self) -> Mapping[str, Estimate]:
-        """Distances by limit."""
+        """Distances by the names of the limits, without ``spin_``."""
 
 
 class Judged(NamedTuple):
-    """The worst of the numbers that one limit holds for."""
+    """Worst of the numbers that have the same limit."""
 
-    #: Name of the limit, with ``spin_`` if it is one of the spin law.
+    #: Name of the limit; it begins with ``spin_`` if it is of the spin law.
     name: str
     estimate: Estimate
     allowed: float
@@ -44,16 +49,16 @@ class Judged(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Distance from equal laws over what is allowed."""
+        """Distance from equal laws over the allowed distance from equal laws."""
         return metric_of(self.name).share(self.estimate.value, self.allowed)
 
     def within(self, allowed: float) -> bool:
-        """Tell whether the number would be within another limit."""
+        """Return whether the number is within a limit."""
         return self.estimate.certain <= allowed
 
     @property
     def line(self) -> str:
-        """Number, error, place and limit in words."""
+        """Number, error, place and limit as a sentence."""
         text = metric_of(self.name).text
         return (
             f"{self.name}: {text(self.estimate.value)} (error {text(self.estimate.error)}) at "
@@ -64,7 +69,11 @@ class Judged(NamedTuple):
 def judge(
     measured: Sequence[Measured], targets: AccuracyTargets | SpinTargets, prefix: str = ""
 ) -> list[Judged]:
-    """Find the worst number of each limit; none if nothing was measured."""
+    """Find the worst number of each limit; return an empty list if nothing was measured.
+
+    The worst number is the one with the largest number - 3 error. ``prefix`` stands before the
+    names of the limits: "spin_" for those of the spin law.
+    """
     judged = []
     for name in measured[0].estimates if measured else ():
         worst = max(measured, key=lambda one: one.estimates[name].certain)
@@ -74,17 +83,17 @@ def judge(
 
 
 def advice(numbers: Sequence[Judged]) -> str:
-    """Say in one line what to change where some numbers do not hold.
+    """Return one line on what to change if some numbers do not hold.
 
-    Where a number is more than `_FAR` times its limit, the line says where, and what to change in
-    the table. Else it names limits to declare, a preset or a range.
+    If a number is more than `_FAR` times its limit, the line says where, and what to change in the
+    table. Otherwise it names limits, a preset or a range that the configuration could declare.
     """
     missed = [number for number in numbers if not number.holds]
     far = [number for number in missed if not number.share <= _FAR]
     if far:
         laws = [[n for n in far if _law(n) == law] for law in _REMEDIES]
         worst = [max(some, key=lambda number: number.share) for some in laws if some]
-        return "; ".join(_fault(number) for number in worst)
+        return " ".join(_fault(number) for number in worst)
     changes = []
     for prefix, section in (("", "accuracy"), (SPIN, "spin_accuracy")):
         limits = [
@@ -94,43 +103,43 @@ def advice(numbers: Sequence[Judged]) -> str:
         ]
         changes += [f"{', '.join(limits)} in [{section}]"] if limits else []
     ways = [f"declare {' and '.join(changes)}"]
-    ways += [f'preset = "{name}"' for name in reversed(PRESETS) if _holds_at(numbers, name)][:1]
+    ways += [f'set preset = "{name}"' for name in reversed(PRESETS) if _holds_at(numbers, name)][:1]
     places = dict.fromkeys(number.place for number in missed if _at_condition(number))
-    ways += [f"a range without {' and '.join(places)}"] if places else []
-    return f"to hold: {'; or '.join(ways)}"
+    ways += [f"choose a range without {' and '.join(places)}"] if places else []
+    return f"To make it hold, {'; or '.join(ways)}."
 
 
-#: What to change where a law is far off: that of first impacts, the spin law at a condition without
-#: spin, and the spin law along chains of hits.
+#: What to change if a number is far above its limit. The number is one of the first-impact law, of
+#: the spin law at a condition without spin, or of the spin law along chains of hits.
 _REMEDIES = {
-    "first": "put a node there (alpha_nodes_deg or speed_nodes in [table]), or choose a range "
-    "without this condition",
-    "own": "give the spin law more leaves (spin_leaves in [table]), or choose a range without this "
-    "condition",
-    "chain": "give the spin law more leaves (spin_leaves in [table]); or, if particles meet one "
-    "wall only, set spin = false",
+    "first": "Put a node there (alpha_nodes_deg or speed_nodes in [table]), or choose a range "
+    "without this condition.",
+    "own": "Give the spin law more leaves (spin_leaves in [table]), or choose a range without this "
+    "condition.",
+    "chain": "Give the spin law more leaves (spin_leaves in [table]). If each particle meets one "
+    "wall only, set spin = false instead.",
 }
 
 
 def _law(number: Judged) -> str:
-    """Name the law, and the kind of measurement, that a number is of: a key of `_REMEDIES`."""
+    """Return which law was measured, and where, as a key of `_REMEDIES`."""
     if not number.name.startswith(SPIN):
         return "first"
     return "own" if _at_condition(number) else "chain"
 
 
 def _fault(number: Judged) -> str:
-    """Say where a law is far off, by how much, and what to change."""
+    """Return where a number is far above its limit, by how much, and what to change."""
     metric, share = metric_of(number.name), number.share
-    times = f"{share:.2g} times its limit" if math.isfinite(share) else "no number"
+    times = f"{share:.2g} times its limit" if math.isfinite(share) else "not a number"
     return (
-        f"{number.name} {metric.text(number.estimate.value)} at {number.place} is {times}: "
+        f"{number.name} {metric.text(number.estimate.value)} at {number.place} is {times}. "
         f"{_REMEDIES[_law(number)]}"
     )
 
 
 def _rounded_up(number: Judged) -> str:
-    """Round a number up to two digits, but not above what there can be."""
+    """Round a number up to two digits, but not above the largest possible distance."""
     value = number.estimate.value
     if not math.isfinite(value):
         return "?"
@@ -139,11 +148,11 @@ def _rounded_up(number: Judged) -> str:
 
 
 def _at_condition(number: Judged) -> bool:
-    """Tell whether a number is of a single condition."""
+    """Return whether a number was measured at one condition, not along a chain."""
     return number.name.removeprefix(SPIN) in METRICS
 
 
 def _holds_at(numbers: Sequence[Judged], preset: str) -> bool:
-    """Tell whether all numbers would hold at a preset, which has no limits of chains."""
+    """Return whether all numbers would hold at a preset; it does not change limits of chains."""
     limits = PRESETS[preset] | {SPIN + k: value for k, value in SPIN_PRESETS[preset].items()}
     return all(number.within(limits.get(number.name, number.allowed)) for number in numbers)

@@ -1,4 +1,7 @@
-"""Measure the accuracy of a table against direct simulation with new particles."""
+"""Measure the accuracy of a table: simulate new particles, draw as many states, compare them.
+
+The random numbers differ from those that the table was fitted to.
+"""
 
 from collections.abc import Sequence
 from functools import partial
@@ -10,7 +13,7 @@ from numpy.typing import NDArray
 from sampler.formats.channels import STATE
 from sampler.formats.layout import ACCURACY
 from sampler.table import Table
-from tablegen.accuracy.chains import LaterHit, chains_of
+from tablegen.accuracy.chains import LaterHit, chain_comparisons
 from tablegen.accuracy.comparison import Comparison, compare
 from tablegen.accuracy.conditions import Place
 from tablegen.config.config import Config
@@ -21,41 +24,59 @@ from tablegen.progress import bar
 from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 
-#: Least number of states a side; and their number times the square of the declared
-#: Kolmogorov-Smirnov distance, so that the noise is a fifth of that distance.
-_LEAST_SAMPLES = 100_000
+#: Smallest and largest number of states on each side. Four million states take a gigabyte of memory
+#: and half a minute.
+_SMALLEST_SAMPLES, _LARGEST_SAMPLES = 100_000, 4_000_000
+
+#: Number of states times the square of the declared Kolmogorov-Smirnov distance. With this number,
+#: the noise of the measured distance is about a quarter of the declared distance.
 _SAMPLES = 40.0
 
-#: Largest number of states: four million take a gigabyte and half a minute.
-_MOST_SAMPLES = 4_000_000
-
-#: First stream of measurements; nodes use those below.
+#: First stream of random numbers of measurements. The nodes of a table use the streams below it.
 FIRST_STREAM = 2**31
 
-#: First number of conditions of particles with their own grain; other conditions have those below.
+#: First number of the conditions of the spin law. Conditions of the first-impact law have numbers
+#: below it.
 FIRST_OWN = 2**29
 
 
 def sample_size(targets: AccuracyTargets) -> int:
-    """Compute the states a side that tell a declared accuracy from noise."""
-    return min(max(_LEAST_SAMPLES, int(_SAMPLES / targets.ks**2)), _MOST_SAMPLES)
+    """Compute how many states on each side are needed to measure a declared accuracy."""
+    return min(max(_SMALLEST_SAMPLES, int(_SAMPLES / targets.ks**2)), _LARGEST_SAMPLES)
 
 
-def compared(
+def compare_condition(
     table: Table, config: Config, seed: int, samples: int, numbered: tuple[int, Place]
 ) -> Comparison:
     """Compare a table with direct simulation at one condition.
 
-    The number separates conditions that share a seed: stream of the simulation, hit of the draws.
+    ``numbered`` is the condition with a number of its own. The number gives each condition other
+    random numbers from the same seed: it selects the stream of the simulation, and is the ``hit``
+    of the draws.
     """
     number, place = numbered
     alpha1, speed = np.radians(place.alpha_deg), place.speed
-    shared: dict[str, Any] = {"seed": seed, "threads": 1}
-    direct = simulate(config, alpha1, speed, samples, stream=FIRST_STREAM + number, **shared)
-    keys = shared | ({"spin": np.zeros(3)} if place.own else {})
-    drawn = table.sample(alpha1, speed, hit=number, index=np.arange(samples), **keys)
-    states = drawn, simulated_variables(direct, table.columns)
-    return compare(*states, place.alpha_deg, speed, seed % 2**32, table.columns, place.own)
+    direct = simulate(
+        config, alpha1, speed, samples, seed=seed, stream=FIRST_STREAM + number, threads=1
+    )
+    drawn = table.sample(
+        alpha1,
+        speed,
+        spin=np.zeros(3) if place.own else None,
+        seed=seed,
+        index=np.arange(samples),
+        hit=number,
+        threads=1,
+    )
+    return compare(
+        drawn,
+        simulated_variables(direct, table.columns),
+        place.alpha_deg,
+        speed,
+        seed=seed % 2**32,
+        variables=table.columns,
+        own=place.own,
+    )
 
 
 def measure(
@@ -67,15 +88,26 @@ def measure(
     samples: int,
     progress: bool = False,
 ) -> list[Comparison]:
-    """Compare a table with direct simulation at conditions of one law, with states a side.
+    """Compare a table with direct simulation at conditions of one law.
 
-    ``progress`` shows a bar on standard error.
+    Parameters
+    ----------
+    table, config
+        The table, and the configuration that it was made from.
+    places : sequence of Place
+        Conditions, all of the same law.
+    seed : int
+        Seed of the simulation and of the draws.
+    samples : int
+        Number of states on each side at each condition.
+    progress : bool
+        Show a progress bar on standard error.
     """
     own = any(place.own for place in places)
-    first, words = (FIRST_OWN, "own grain") if own else (0, "validating")
-    work = partial(compared, table, config, seed, samples)
-    with bar(progress, "condition", total=len(places), desc=words) as counted:
-        return in_threads(work, enumerate(places, first), counted.update)
+    first, task = (FIRST_OWN, "spin law") if own else (0, "first-impact law")
+    work = partial(compare_condition, table, config, seed, samples)
+    with bar(progress, "condition", total=len(places), desc=f"validating the {task}") as counter:
+        return in_threads(work, enumerate(places, first), counter.update)
 
 
 def measure_chains(
@@ -88,21 +120,24 @@ def measure_chains(
 ) -> list[LaterHit]:
     """Compare a spin law with direct simulation along chains of hits (`tablegen.accuracy.chains`).
 
-    ``samples`` are the grains of a kind a side. A table that leaves some of the six variables of a
-    state out has no chains, because a chain goes on from all six.
+    ``samples`` is the number of grains of each kind on each side. The list is empty if the table
+    lacks one of the six variables of a state, because the next hit of a chain needs all six.
     """
     if not set(STATE) <= set(table.columns):
         return []
-    work = chains_of(table, config, seed, samples)
-    with bar(progress, "chain", total=len(work), desc="later hits") as counted:
-        parts = in_threads(lambda chain: chain(), work, counted.update)
+    work = chain_comparisons(table, config, seed, samples)
+    with bar(progress, "chain", total=len(work), desc="validating later hits") as counter:
+        parts = in_threads(lambda chain: chain(), work, counter.update)
     return [hit for part in parts for hit in part]
 
 
 def spin_accuracy_datasets(
     own: Sequence[Comparison] = (), hits: Sequence[LaterHit] = ()
 ) -> dict[str, NDArray[np.float64]]:
-    """Make the datasets of the group ``spin_accuracy``; empty ones if nothing was measured."""
+    """Make the datasets of the group ``spin_accuracy`` of a table file.
+
+    They are empty if nothing was measured.
+    """
     columns: dict[str, list[Any]] = {
         "alpha_deg": [c.alpha_deg for c in own],
         "speed": [c.speed for c in own],

@@ -1,13 +1,44 @@
-"""Distances between two samples of rebound states, each with its error.
+"""Four distances between two samples of rebound states, each with its error.
 
-No single number tells whether two laws are the same. The Kolmogorov-Smirnov distance sees each
-variable alone; the sliced Wasserstein distance, the correlations and a classifier see how variables
-depend on each other. The judged sample comes first, the reference second. `ESTIMATES` holds the
-function of each of `tablegen.config.metric_table.METRICS`.
+The states are those of `tablegen`: velocities over the impact speed V, and angular velocities times
+a/V with the half-size a, so all distances are pure numbers. The sample of the table comes first,
+the sample of direct simulation second; they have n and m states. No single number tells whether two
+laws are the same, so there are four (`ESTIMATES`):
 
-Two samples of one law differ by chance, so a distance of samples is on average above that of laws,
-by at most its *noise*: the mean distance of two samples of one law. An error is the standard error
-plus a third of the noise, so that the distance of the laws is rarely below three errors less.
+``ks``
+    Kolmogorov-Smirnov distance, the largest over the variables::
+
+        D = max_x |F(x) - G(x)|
+
+    with the empirical distribution functions F and G of one variable. Standard error: at most
+    ``0.5 sqrt(1/n + 1/m)``, because F(x) has the variance F (1 - F) / n, at most 1 / (4 n).
+``sliced_wasserstein``
+    Mean over K random unit directions of the area between the distribution functions of the
+    projected states::
+
+        W = 1/K sum_k integral |F_k(x) - G_k(x)| dx
+
+    The area is also E_F[h] - E_G[h] with h' = sign(G_k - F_k). Standard error:
+    ``sqrt(var_F[h] / n + var_G[h] / m)``, with h averaged over the directions.
+``correlation_error``
+    Error of the correlation r_jk of two variables, for the pair whose error is most certain::
+
+        C = |r_jk - s_jk|
+
+    Standard error: the root of the sum of both variances of `correlation_variances`.
+``auc``
+    Area under the ROC curve of a classifier that tells the samples apart: the probability that it
+    ranks a state of the table above one of direct simulation. Standard error (DeLong):
+    ``sqrt(var[A(x)] / n' + var[B(y)] / m')`` with the share A(x) of the reference ranked below the
+    state x, the share B(y) of the table ranked above the state y, and n', m' states that the
+    classifier has not learned from.
+
+Two samples of one law differ by chance. So the distance of two samples is on average larger than
+that of their laws, by at most the *noise*: the mean distance of two samples of one law. The `error`
+of an estimate is its standard error plus a third of the noise. Then value - 3 error is rarely above
+the distance of the laws.
+
+Sources are named at each function.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,27 +53,29 @@ from threadpoolctl import threadpool_limits
 from tablegen.config.metric_table import METRICS
 from tablegen.model.float_array import FloatArray
 
-#: Trees of the classifier, their leaves, and the part of its answer that each tree adds.
+#: Number of trees of the classifier, leaves of a tree, and learning rate.
 TREES, _LEAVES, _RATE = 60, 127, 0.15
 
-#: Difference, in units of V or V/a, that counts as none: no flow code sees a thousandth of the
-#: impact. Else a law that gives 6e-17 and a table that gives 0 would be as far apart as can be.
+#: Difference of two states, in units of V or V/a, that does not count: no flow code notices a
+#: thousandth of the impact speed. Without it, a law that always gives 6e-17 and a table that always
+#: gives 0 would have the largest possible distance.
 RESOLUTION = 1e-3
 
-#: Spread (largest minus smallest value) up to which a variable counts as constant: rounding of
-#: variables of order one.
+#: A variable counts as constant if its largest value is at most this much above its smallest. This
+#: is larger than rounding of numbers of order one.
 CONSTANT_SPREAD = 1e-12
 
-#: Noise of the largest of six Kolmogorov-Smirnov distances, times the square root of the number of
-#: states; and of the largest of fifteen correlations, in standard errors.
+#: Noise of the largest of six Kolmogorov-Smirnov distances, in units of sqrt(1/n + 1/m), and noise
+#: of the largest error of fifteen correlations, in standard errors.
 _KS_NOISE, _CORRELATION_NOISE = 1.2, 2.0
 
-#: Equal bins over the range of a projection, which avoid sorting: with half as many, a distance of
-#: 0.001 changes by less than 1 %.
+#: Number of equal bins over the range of a projection. Counting in bins is faster than sorting.
+#: With half as many bins, a distance of 0.001 changes by less than 1 %.
 _BINS = 8192
 
-#: States a side that give the variance of a mean over directions.
-_FOR_VARIANCE = 50_000
+#: Largest number of states on each side from which the variance of h is computed; it needs an array
+#: of this length, and no more accuracy.
+_VARIANCE_STATES = 50_000
 
 
 @dataclass(frozen=True)
@@ -51,53 +84,58 @@ class Estimate:
 
     value: float
     error: float
-    #: Distance of each variable, whose largest is the value; empty for the joint law.
+    #: Distance of each variable, of which `value` is the largest; empty if the distance is one of
+    #: all variables together.
     by_variable: tuple[float, ...] = ()
 
     @property
     def certain(self) -> float:
-        """Distance of the laws that is certain: three errors less; infinite for NaN."""
+        """Distance that the laws certainly have: value - 3 error; infinity if that is NaN.
+
+        A number that could not be measured must not hold.
+        """
         low = self.value - 3.0 * self.error
         return low if np.isfinite(low) else float("inf")
 
     @property
     def distance(self) -> float | tuple[float, ...]:
-        """Measured distance of each variable, or of the joint law."""
+        """Distances of the variables if there are such, else the one distance."""
         return self.by_variable or self.value
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Choices in the estimates of the metrics."""
+    """Settings of the metrics that draw random numbers."""
 
-    #: Selects the directions, and seeds the classifier.
+    #: Seed of the directions and of the classifier.
     seed: int = 0
-    #: Directions of the sliced Wasserstein distance.
+    #: Number of directions of the sliced Wasserstein distance.
     directions: int = 64
-    #: Largest number of states a side for the classifier, of which half are learned from.
+    #: Largest number of states on each side for the classifier, which learns from half of them.
+    #: None: all states.
     classified: int | None = METRICS["auc"].trial_states
 
 
 def at_resolution(values: FloatArray, key: int) -> FloatArray:
-    """Blur states (n, d) by normal noise of a key, whose standard deviation is `RESOLUTION`.
+    """Add normal noise to states (n, d), with a standard deviation of `RESOLUTION`.
 
-    The noise is independent of the states. If both sides have such noise, laws that differ by much
-    less look alike, and no distance between laws grows.
+    ``key`` seeds the noise. If both samples have such noise, laws that differ by much less look
+    alike. Noise that is independent of the states increases no distance between laws.
     """
     return values + RESOLUTION * np.random.default_rng(key).standard_normal(values.shape)
 
 
 def estimated(table: FloatArray, direct: FloatArray, settings: Settings) -> dict[str, Estimate]:
-    """Estimate all metrics of two samples (n, d) and (m, d) at `RESOLUTION`, by name."""
+    """Estimate all metrics of two samples (n, d) and (m, d), blurred by `at_resolution`.
+
+    Returns the estimates by the names of `tablegen.config.metric_table.METRICS`.
+    """
     table, direct = at_resolution(table, 0), at_resolution(direct, 1)
     return {name: estimate(table, direct, settings) for name, estimate in ESTIMATES.items()}
 
 
 def ks(table: FloatArray, direct: FloatArray) -> Estimate:
-    """Estimate the largest Kolmogorov-Smirnov distance of a variable of states (n, d) and (m, d).
-
-    The standard error is the largest that a distribution function of n states has, 0.5 / sqrt(n).
-    """
+    """Estimate the largest Kolmogorov-Smirnov distance of any variable of states (n, d), (m, d)."""
     values = ks_distances(table, direct)
     root = np.sqrt(1.0 / len(table) + 1.0 / len(direct))
     error = (0.5 + _KS_NOISE / 3.0) * root
@@ -105,12 +143,12 @@ def ks(table: FloatArray, direct: FloatArray) -> Estimate:
 
 
 def ks_distances(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Compute the Kolmogorov-Smirnov distances of the variables of two samples (., d), (d,)."""
+    """Compute the Kolmogorov-Smirnov distance of each variable, (d,), of samples (n, d), (m, d)."""
     return np.array([_largest_gap(np.sort(x), np.sort(y)) for x, y in zip(a.T, b.T, strict=True)])
 
 
 def _largest_gap(a: FloatArray, b: FloatArray) -> float:
-    """Find the largest difference of two empirical distribution functions of sorted values."""
+    """Compute the largest difference of the distribution functions of two sorted samples."""
     points = np.concatenate((a, b))
     below_a = np.searchsorted(a, points, side="right") / a.size
     below_b = np.searchsorted(b, points, side="right") / b.size
@@ -118,38 +156,48 @@ def _largest_gap(a: FloatArray, b: FloatArray) -> float:
 
 
 def ratio(table: FloatArray, direct: FloatArray) -> Estimate:
-    """Estimate how far the ratio of two means of positive numbers, (n,) and (m,), is from 1."""
+    """Estimate |mean(table) / mean(direct) - 1| of positive numbers, (n,) and (m,).
+
+    The standard error is that of a ratio of independent means near 1, by the delta method: the root
+    of the sum of both squared relative standard errors.
+    """
     error = np.hypot(*(x.std() / (x.mean() * np.sqrt(len(x))) for x in (table, direct)))
     return Estimate(float(abs(table.mean() / direct.mean() - 1.0)), float(error))
 
 
 def correlation_error(table: FloatArray, direct: FloatArray) -> Estimate:
-    """Estimate the most certain error of a correlation between states (n, d) and (m, d).
+    """Estimate the most certain error of a correlation, of states (n, d) and (m, d).
 
-    Errors differ: a few rare rebounds carry the correlations of grazing impacts.
+    It belongs to the pair of variables with the largest value - 3 error, not with the largest
+    value: standard errors differ from pair to pair, because at grazing impacts some correlations
+    depend on few rare rebounds.
     """
     variance = correlation_variances(table) / len(table)
     variance += correlation_variances(direct) / len(direct)
     errors = (1.0 + _CORRELATION_NOISE / 3.0) * np.sqrt(variance)
     gaps = np.triu(np.abs(correlations(table) - correlations(direct)), 1)
-    # without constant variables, which never differ
+    # a gap of exactly 0 is that of a constant variable, or lies outside the upper triangle
     certain = np.where(gaps > 0.0, gaps - 3.0 * errors, -np.inf)
     worst = np.unravel_index(certain.argmax(), gaps.shape)
     return Estimate(float(gaps[worst]), float(errors[worst]))
 
 
 def correlations(values: FloatArray) -> FloatArray:
-    """Compute the correlation matrix (d, d) of values (n, d); 0 for constant variables."""
+    """Compute the matrix (d, d) of correlations of values (n, d); 0 where one is constant."""
     scaled = standardised(values)
     return scaled.T @ scaled / len(values)
 
 
 def correlation_variances(values: FloatArray) -> FloatArray:
-    """Compute the variances of estimates of correlations, times the number of states, shape (d, d).
+    """Compute n times the variance of each estimated correlation, (d, d), of values (n, d).
 
-    With z the standardised variables, an estimate of r_jk moves by the mean of z_j z_k - r_jk
-    (z_j^2 + z_k^2) / 2, whose variance this is; normality is not assumed. It is 0 on the diagonal
-    and for constant variables.
+    With the standardised variables z, the error of an estimate of r_jk is, to first order, the mean
+    over the states of::
+
+        z_j z_k - r_jk (z_j^2 + z_k^2) / 2
+
+    The function returns the variance of this expression, which does not assume normal variables. It
+    is 0 on the diagonal and for constant variables.
     Source: Ferguson, A Course in Large Sample Theory (1996), chapter 8.
     """
     z = standardised(values)
@@ -164,17 +212,19 @@ def correlation_variances(values: FloatArray) -> FloatArray:
 def sliced_wasserstein(a: FloatArray, b: FloatArray, settings: Settings) -> Estimate:
     """Estimate the sliced Wasserstein-1 distance of states (n, d) and (m, d).
 
-    Both samples are divided by the second's standard deviations and projected on random unit
-    directions; the Wasserstein-1 distances of the projections are averaged. A variable that is
-    constant in the second is not scaled. On a line the distance is the area between the
-    distribution functions. It equals the difference of the means of a function whose slope is 1 or
-    -1, depending on which of them is above; the variance of that function gives the standard error.
+    Each variable of both samples is divided by its standard deviation in the second sample, or by 1
+    if it is constant there. The states are then projected on random unit directions. On a line the
+    Wasserstein-1 distance is the area between the distribution functions; the function averages it
+    over the directions.
+
+    The noise uses that F_k(x) - G_k(x), for equal laws, is nearly normal with a standard deviation
+    of sqrt(G_k (1 - G_k) (1/n + 1/m)), and that the mean of |z| is sqrt(2/pi) for normal z.
     Source: Bonneel, Rabin, Peyre, Pfister, "Sliced and Radon Wasserstein barycenters of measures",
     J. Math. Imaging Vis. 51 (2015).
     """
-    # only differences count, so the states are neither centred nor copied
+    # a shift of both samples changes no distance, so they are not centred, which would copy them
     scale, count = np.where(varies(b), b.std(axis=0), 1.0), settings.directions
-    mean_a, mean_b = (np.zeros(min(len(x), _FOR_VARIANCE)) for x in (a, b))
+    mean_a, mean_b = (np.zeros(min(len(x), _VARIANCE_STATES)) for x in (a, b))
     value = noise = 0.0
     per_state = 1.0 / len(a) + 1.0 / len(b)
     for direction in unit_directions(count, a.shape[1], settings.seed) / scale:
@@ -182,9 +232,9 @@ def sliced_wasserstein(a: FloatArray, b: FloatArray, settings: Settings) -> Esti
         below = _cumulative(bin_b)
         gap = _cumulative(bin_a) - below
         value += width * float(np.abs(gap).sum())
-        # mean area of a normal difference of known variance
         spread = np.sqrt(below * (1.0 - below)).sum()
         noise += width * float(spread) * np.sqrt(2.0 / np.pi * per_state)
+        # h of the module's formula, but for its sign, which does not change its variance
         witness = width * np.cumsum(np.sign(gap))
         mean_a += witness[bin_a[: len(mean_a)]]
         mean_b += witness[bin_b[: len(mean_b)]]
@@ -193,25 +243,25 @@ def sliced_wasserstein(a: FloatArray, b: FloatArray, settings: Settings) -> Esti
 
 
 def varies(values: FloatArray) -> NDArray[np.bool_]:
-    """Tell which variables (d,) of a sample (n, d) spread by more than rounding."""
+    """Tell which variables, (d,), of a sample (n, d) are not constant (`CONSTANT_SPREAD`)."""
     return np.ptp(values, axis=0) > CONSTANT_SPREAD
 
 
 def standardised(values: FloatArray) -> FloatArray:
-    """Standardise values (n, d) with their own moments; 0 where a variable is constant."""
+    """Scale each variable of values (n, d) to mean 0 and variance 1; a constant one to 0."""
     moving = varies(values)
     centred = np.where(moving, values - values.mean(axis=0), 0.0)
     return centred / np.where(moving, centred.std(axis=0), 1.0)
 
 
 def unit_directions(count: int, dimension: int, seed: int) -> FloatArray:
-    """Draw directions uniform on the unit sphere, shape (count, dimension)."""
+    """Draw unit vectors of uniform direction, shape (count, dimension)."""
     normal = np.random.default_rng(seed).standard_normal((count, dimension))
     return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
 def _binned(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Give the bin of each value of two samples, and the width of a bin."""
+    """Return the number of the bin of each value, for both samples, and the width of a bin."""
     low, high = min(a.min(), b.min()), max(a.max(), b.max())
     width = max(float(high - low), 1e-300) / _BINS
     in_a, in_b = (np.minimum(((x - low) / width).astype(np.int32), _BINS - 1) for x in (a, b))
@@ -226,25 +276,27 @@ def _cumulative(bins: FloatArray) -> FloatArray:
 def auc(table: FloatArray, direct: FloatArray, settings: Settings) -> Estimate:
     """Estimate how well gradient-boosted trees tell samples (n, d) and (m, d) apart.
 
-    A classifier of 60 trees with at most 127 leaves learns on the first half of each sample; the
-    area under its ROC curve is taken on the others. It is 0.5 if the samples cannot be told apart,
-    and 1 if they always can. Noise makes it no larger.
-    Sources: Lopez-Paz and Oquab, "Revisiting classifier two-sample tests", ICLR 2017; of the
+    A classifier of 60 trees with at most 127 leaves learns from the first half of each sample. The
+    area under its ROC curve is measured on the second halves. It is 0.5 if the classifier cannot
+    tell the samples apart, and 1 if it always can. It has no noise: the mean over two samples of
+    one law is 0.5.
+    Sources: Lopez-Paz and Oquab, "Revisiting classifier two-sample tests", ICLR 2017. For the
     standard error: DeLong, DeLong, Clarke-Pearson, Biometrics 44 (1988) 837-845.
     """
     few = min(len(table), len(direct), settings.classified or len(table))
-    of_table, of_direct = classifier_scores(table[:few], direct[:few], settings.seed)
-    ranks = stats.rankdata(np.concatenate((of_table, of_direct)))
-    above = (ranks[: len(of_table)] - stats.rankdata(of_table)) / len(of_direct)
-    below = 1.0 - (ranks[len(of_table) :] - stats.rankdata(of_direct)) / len(of_table)
+    table_scores, direct_scores = classifier_scores(table[:few], direct[:few], settings.seed)
+    ranks = stats.rankdata(np.concatenate((table_scores, direct_scores)))
+    above = (ranks[: len(table_scores)] - stats.rankdata(table_scores)) / len(direct_scores)
+    below = 1.0 - (ranks[len(table_scores) :] - stats.rankdata(direct_scores)) / len(table_scores)
     error = np.sqrt(above.var() / len(above) + below.var() / len(below))
     return Estimate(float(above.mean()), float(error))
 
 
 def classifier_scores(a: FloatArray, b: FloatArray, seed: int) -> tuple[FloatArray, FloatArray]:
-    """Score how likely a classifier thinks each state is of the first sample.
+    """Compute the probability, by a classifier, that a state is one of the first sample.
 
-    It learns from the first half of each sample, and scores the others.
+    The classifier learns from the first half of each sample. Returns the probabilities of the
+    states of the second halves.
     """
     (train_a, test_a), (train_b, test_b) = (np.split(x, [len(x) // 2]) for x in (a, b))
     model = HistGradientBoostingClassifier(
@@ -255,15 +307,16 @@ def classifier_scores(a: FloatArray, b: FloatArray, seed: int) -> tuple[FloatArr
         random_state=seed % 2**32,
     )
     labels = np.repeat(np.array([1, 0]), [len(train_a), len(train_b)])
-    # its threads wait for each other by spinning: on a busy machine two were forty times slower
-    # than one, with the same result
+    # The threads of scikit-learn wait for each other in busy loops. On a machine with other work,
+    # two threads took forty times as long as one, and gave the same result.
     with threadpool_limits(limits=1, user_api="openmp"):
         model.fit(np.concatenate((train_a, train_b)), labels)
         score = model.predict_proba(np.concatenate((test_a, test_b)))[:, 1]
     return score[: len(test_a)], score[len(test_a) :]
 
 
-#: Function of each metric, of the states of table and direct simulation and `Settings`.
+#: Function of each metric; its arguments are the states of the table, those of direct simulation,
+#: and `Settings`.
 ESTIMATES: Mapping[str, Callable[[FloatArray, FloatArray, Settings], Estimate]] = {
     "ks": lambda a, b, _: ks(a, b),
     "sliced_wasserstein": sliced_wasserstein,

@@ -1,4 +1,7 @@
-"""Validate a table: measure it, and judge whether it holds the declared or requested accuracy."""
+"""Validate a table: measure it, and judge whether it holds an accuracy.
+
+The map of the steps is in `tablegen.accuracy`.
+"""
 
 import secrets
 from collections.abc import Sequence
@@ -27,7 +30,7 @@ from tablegen.config.defaults import VALIDATE_CONDITIONS
 from tablegen.config.metric_table import SPIN, worst_stored
 from tablegen.config.targets import SpinTargets, asked_accuracy
 
-#: Bits of a random seed: few enough to type.
+#: Number of bits of a random seed. The user may have to type the seed.
 _SEED_BITS = 32
 
 
@@ -35,27 +38,29 @@ _SEED_BITS = 32
 class Validation:
     """Result of a validation."""
 
-    #: Name or path of the table, and checksum of the measured contents.
+    #: Name or path of the table, and checksum of the contents that were measured.
     table: str
     content_sha256: str
-    #: Repeats the validation.
+    #: The same seed gives the same validation.
     seed: int
-    #: Configuration of the table, with what it declares.
+    #: Configuration of the table, with the accuracy that it declares.
     config: Config
-    #: Accuracy that the laws are held against: the declared one, unless the user asked for another.
+    #: Limits of the first-impact law and of the spin law: the declared ones, unless the user asked
+    #: for others.
     asked: AccuracyTargets
     asked_spin: SpinTargets
-    #: Worst number of each limit in the table file.
+    #: Worst number of each limit that is stored in the table file.
     stored: dict[str, float]
-    #: First-impact law.
+    #: Comparisons of the first-impact law.
     comparisons: list[Comparison]
-    #: Spin law: without spin, and along chains; nothing if the table has none.
+    #: Comparisons of the spin law at conditions without spin, and along chains of hits. Both lists
+    #: are empty if the table has no spin law.
     own: list[Comparison]
     hits: list[LaterHit]
 
     @property
     def numbers(self) -> list[Judged]:
-        """The worst number of each limit."""
+        """Worst number of each limit."""
         return [
             *judge(self.comparisons, self.asked),
             *judge(self.own, self.asked_spin, SPIN),
@@ -64,16 +69,16 @@ class Validation:
 
     @property
     def missed(self) -> list[Judged]:
-        """Numbers that are larger than asked for."""
+        """Numbers that do not hold."""
         return [number for number in self.numbers if not number.holds]
 
     @property
     def holds(self) -> bool:
-        """Whether everything measured has the accuracy."""
+        """Whether all numbers hold."""
         return not self.missed
 
     def to_dict(self) -> dict[str, Any]:
-        """Give every number for JSON."""
+        """Return all numbers as a dictionary for JSON."""
         numbers = [
             {
                 "name": number.name,
@@ -107,10 +112,10 @@ def validate(
     at: Sequence[tuple[float, float]] | None = None,
     progress: bool = False,
 ) -> Validation:
-    """Compare a table with new direct simulation at some conditions between nodes.
+    """Compare a table with new direct simulation, and judge its accuracy.
 
-    A spin law is compared without spin, and along chains of sixty hits
-    (`tablegen.accuracy.chains`).
+    The first-impact law is compared at conditions between nodes. If the table has a spin law, this
+    is compared at other conditions without spin, and along chains of sixty hits.
 
     Parameters
     ----------
@@ -119,39 +124,58 @@ def validate(
     conditions : int
         Number of conditions between nodes, 1 or more, for each law.
     seed : int, optional
-        Selects the conditions and all random numbers, 0 to 2**64 - 1; random by default.
+        Seed of the conditions and of all random numbers, 0 to 2**64 - 1. By default it is random;
+        the result names it.
     samples : int, optional
-        States a side at each condition, and grains of a kind in chains, 1000 or more; by default
-        as many as the accuracy needs.
+        Number of states on each side at each condition, and of grains of each kind in chains, 1000
+        or more. By default it is as large as the accuracy needs.
     accuracy : str, optional
-        Accuracy that the table is held against: a preset, "compact", "standard" or "fine", or
-        limits such as "ks=0.01,spin_auc=0.6". By default the declared accuracy.
+        Accuracy to judge the table by: a preset ("compact", "standard" or "fine"), or limits such
+        as "ks=0.01,spin_auc=0.6". By default it is the accuracy that the table declares.
     at : sequence of (alpha_deg, speed), optional
-        Only these conditions of the first-impact law, degrees and m/s; the spin law is not tested
-        then.
+        Conditions [degrees, m/s] of the first-impact law to compare instead. The spin law is not
+        compared then.
     progress : bool
         Show progress bars on standard error.
+
+    Returns
+    -------
+    Validation
+        All comparisons, and whether they hold (`Validation.holds`).
 
     Raises
     ------
     InputError
-        If the file is not a table, does not agree with its own configuration, or an argument is
-        out of range.
+        If the file is not a table, if it does not agree with its own configuration, if it is a
+        table of spheres, or if an argument is out of range.
+
+    Examples
+    --------
+    >>> result = validate("corundum-steel", conditions=2, seed=1)  # doctest: +SKIP
+    >>> result.holds  # doctest: +SKIP
+    True
     """
     seed = secrets.randbits(_SEED_BITS) if seed is None else seed
     as_integer("conditions", conditions, 1, 2**63 - 1, "1 or more")
     as_integer("samples", 1000 if samples is None else samples, 1000, 2**63 - 1, "1000 or more")
     as_integer("seed", seed, 0, 2**64 - 1, "0 to 2**64 - 1")
-    # read once, so that the checksum is that of the measured contents
+    # The file is read once, so that the checksum is certainly that of the measured contents.
     contents = read_table(find_table(name_or_path))
     if contents.of_spheres:
         problem, remedy = "is a table of spheres, which is exact", "run: tablegen validate"
         raise InputError("", problem=problem, remedy=remedy, source=str(name_or_path))
     config = stored_config(contents.config, f"{name_or_path}: config")
     _check_agreement(contents, config, str(name_or_path))
-    how: dict[str, Any] = {"accuracy": accuracy, "at": at, "progress": progress}
     return validate_contents(
-        contents, config, str(name_or_path), conditions, seed, samples=samples, **how
+        contents,
+        config,
+        str(name_or_path),
+        conditions,
+        seed,
+        samples=samples,
+        accuracy=accuracy,
+        at=at,
+        progress=progress,
     )
 
 
@@ -167,9 +191,10 @@ def validate_contents(
     at: Sequence[tuple[float, float]] | None = None,
     progress: bool = False,
 ) -> Validation:
-    """Validate the contents of a table, called ``name``; the other arguments as for `validate`.
+    """Validate the contents of a table, as `validate` does for a file.
 
-    `tablegen.tables.generate.generate` ends with it, so that both judge alike.
+    ``name`` is the name of the table in the result. `tablegen.tables.generate.generate` calls this
+    function too, so that both judge in the same way.
     """
     table = Table(contents)
     asked = asked_accuracy(config.accuracy, accuracy)
@@ -179,7 +204,6 @@ def validate_contents(
         places = check_conditions(table, [Place(*place) for place in at])
     elif table.has_spin:
         own = pick_own_conditions(table, conditions, seed)
-    how: dict[str, Any] = {"seed": seed, "progress": progress}
     stored = worst_stored(contents.datasets, "spin_accuracy")
     return Validation(
         table=name,
@@ -189,14 +213,30 @@ def validate_contents(
         asked=asked,
         asked_spin=asked_spin,
         stored=worst_stored(contents.datasets) | {SPIN + k: x for k, x in stored.items()},
-        comparisons=measure(table, config, places, samples=samples or sample_size(asked), **how),
-        own=measure(table, config, own, samples=samples or sample_size(asked_spin), **how),
-        hits=measure_chains(table, config, samples=samples, **how) if own else [],
+        comparisons=measure(
+            table,
+            config,
+            places,
+            seed=seed,
+            samples=samples or sample_size(asked),
+            progress=progress,
+        ),
+        own=measure(
+            table,
+            config,
+            own,
+            seed=seed,
+            samples=samples or sample_size(asked_spin),
+            progress=progress,
+        ),
+        hits=measure_chains(table, config, seed=seed, samples=samples, progress=progress)
+        if own
+        else [],
     )
 
 
 def _check_agreement(contents: TableContents, config: Config, origin: str) -> None:
-    """Refuse a table that contradicts its own configuration."""
+    """Raise `InputError` if a table does not agree with its own configuration."""
 
     def span(axis: str) -> str:
         return " to ".join(f"{end:.9g}" for end in contents[f"axes/{axis}"][[0, -1]].tolist())

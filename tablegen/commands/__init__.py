@@ -1,1 +1,1 @@
-"""The command line of the generator: a file a command, which imports its work when it runs."""
+"""Commands of ``tablegen``: one file for each, with its options, its help and its work."""

@@ -1,4 +1,4 @@
-"""``tablegen compile``: machine code before it is needed, for containers and clusters."""
+"""``tablegen compile``: compile the kernels ahead of a job, for containers and clusters."""
 
 import click
 
@@ -9,15 +9,15 @@ from sampler.options import DONE, note
 @click.command(
     "compile",
     cls=options.Command,
-    short_help="Compile ahead what simulate and generate need.",
+    short_help="Compile the kernels of simulate and generate ahead of a job.",
     epilog=options.examples("tablegen compile"),
 )
 def compile_kernels() -> int:
-    """Compile ahead what simulate, generate and DirectModel need, and tell how long it took.
+    """Compile the kernels of simulate, generate and DirectModel, and say how long each took.
 
-    Otherwise their first run does. The machine code lies in the folder that the variable
-    NUMBA_CACHE_DIR names, or in the user's folder for caches. It serves processors of the kind that
-    it was compiled on.
+    Without this command, the first run compiles them. The machine code is kept in the folder that
+    the environment variable NUMBA_CACHE_DIR names, or else in the user's folder for caches. It can
+    be used on processors of the same kind.
     """
     from pathlib import Path
     from tempfile import TemporaryDirectory
@@ -27,14 +27,19 @@ def compile_kernels() -> int:
     from tablegen.simulation.direct import DirectModel
     from tablegen.tables.generate import generate
 
-    # whatever a table needs is what making one compiles
-    table = {"samples_per_node": 1000, "components": 3, "spin_leaves": 2, "spin_groups": 4}
-    table |= {"spin_experts": 2, "spin_rebounds": 5000}
-    nodes = {"alpha_nodes_deg": [20.0, 60.0], "speed_nodes": [100.0, 200.0]}
-    lenient = {"ks": 1.0, "sliced_wasserstein": 1e9, "correlation_error": 2.0, "auc": 1.0}
-    config = load_config("demo").with_changes(
-        {"spin": True, "table": {**table, **nodes}, "accuracy": lenient}
-    )
+    # A kernel is compiled when it is first called. Making the smallest table calls all of them.
+    table = {
+        "samples_per_node": 1000,
+        "components": 3,
+        "spin_leaves": 2,
+        "spin_groups": 4,
+        "spin_experts": 2,
+        "spin_rebounds": 5000,
+        "alpha_nodes_deg": [20.0, 60.0],
+        "speed_nodes": [100.0, 200.0],
+    }
+    accuracy = {"ks": 1.0, "sliced_wasserstein": 1e9, "correlation_error": 2.0, "auc": 1.0}
+    config = load_config("demo").with_changes({"spin": True, "table": table, "accuracy": accuracy})
     with TemporaryDirectory() as folder:
         generate(config, Path(folder) / "small.h5", conditions=0)
     model = DirectModel(config)

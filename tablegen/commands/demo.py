@@ -1,4 +1,4 @@
-"""``tablegen demo``: generate a small table, draw from it, validate it."""
+"""``tablegen demo``: make a small table, draw from it, and validate it."""
 
 import math
 import time
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 #: Condition of the example draw, between the nodes of the demo scene.
 _ALPHA_DEG, _SPEED = 35.0, 130.0
 
-#: Conditions of the validation, and those measured while generating.
+#: Number of conditions of the validation, and of the accuracy that the table stores.
 _CONDITIONS, _MEASURED = 6, 2
 
 
 @click.command(
     cls=options.Command,
-    short_help="Generate a small table, draw from it, validate it.",
+    short_help="Make a small table, draw from it, and validate it.",
     epilog=options.examples("tablegen demo", "tablegen demo --output small.h5"),
 )
 @click.option(
@@ -40,10 +40,10 @@ _CONDITIONS, _MEASURED = 6, 2
 @options.overwrite
 @options.progress
 def demo(output: Path, progress: bool) -> int:
-    """Generate a small table, draw from it, validate it: the main job in one go.
+    """Make a small table, draw from it, and validate it, to show what the package does.
 
-    Next to the table goes a picture of the joint density of u and v, from direct simulation and
-    from the table, if matplotlib is installed.
+    If matplotlib is installed, the command also writes a picture beside the table. It shows the
+    joint density of u and v from direct simulation and from the table.
     """
     from tablegen.accuracy.validate import validate
     from tablegen.commands.validate import print_validation
@@ -61,7 +61,7 @@ def demo(output: Path, progress: bool) -> int:
     generate(config, output, conditions=_MEASURED, progress=progress)
     click.echo(f"   {output.stat().st_size / 1e3:.0f} kB in {time.perf_counter() - begin:.0f} s")
     click.echo(_picture_text(*_draw_both(config, output), output))
-    click.echo("3. Validating against fresh direct simulation, between the nodes")
+    click.echo("3. Validating: new direct simulation at conditions between the nodes")
     result = validate(output, conditions=_CONDITIONS, seed=1, progress=progress)
     print_validation(result)
     click.echo(f"The table is in {output}; the demo took {time.perf_counter() - begin:.0f} s.")
@@ -69,7 +69,7 @@ def demo(output: Path, progress: bool) -> int:
 
 
 def _draw_both(config: "Config", output: Path) -> tuple["FloatArray", "FloatArray"]:
-    """Simulate and draw at one condition, and print the times of both."""
+    """Simulate and draw at one condition, print the times of both, and return their states."""
     import numpy as np
 
     import sampler
@@ -90,10 +90,10 @@ def _draw_both(config: "Config", output: Path) -> tuple["FloatArray", "FloatArra
     energy = (state[:, :3] ** 2).sum(axis=1)
     click.echo(
         f"2. Drawing {count:,} rebounds at {_ALPHA_DEG:g} degrees and {_SPEED:g} m/s\n"
-        f"   mean u {state[:, 0].mean():.4f}, v {state[:, 1].mean():.4f}, "
-        f"omega_z {state[:, 5].mean():.4f}; translational energy {energy.mean():.4f}\n"
-        f"   one thread: {drawn * 1e9:.0f} ns a draw, "
-        f"{direct * 1e9:.0f} ns a simulated rebound: {direct / drawn:.0f} times faster"
+        f"   means: u {state[:, 0].mean():.4f}, v {state[:, 1].mean():.4f}, "
+        f"omega_z {state[:, 5].mean():.4f}, translational energy {energy.mean():.4f}\n"
+        f"   on one thread a draw takes {drawn * 1e9:.0f} ns and a simulated rebound "
+        f"{direct * 1e9:.0f} ns: drawing is {direct / drawn:.0f} times faster"
     )
     return rebounds.state, state[:simulated]
 
@@ -104,7 +104,7 @@ def _picture_path(table: Path) -> Path:
 
 
 def _picture_text(direct: "FloatArray", drawn: "FloatArray", table: Path) -> str:
-    """Draw the joint density from both sources; returns a line about the picture."""
+    """Draw the joint density from both sources, and return a line about the picture."""
     from sampler.files import write_bytes
     from tablegen.evidence.plots import Source, joint_picture
     from tablegen.presentation import require_matplotlib
@@ -118,7 +118,7 @@ def _picture_text(direct: "FloatArray", drawn: "FloatArray", table: Path) -> str
         [Source("direct simulation", direct), Source("table", drawn)],
         path.name,
         f"Rebound velocities at {_ALPHA_DEG:g}° and {_SPEED:g} m/s",
-        "Joint density of the velocities along and normal to the wall: two panels that look alike.",
+        "Joint density of the velocities along and normal to the wall: the two panels look alike.",
     )
     write_bytes(path, picture.data)
-    return f"   {path}: joint density of u and v, direct simulation beside the table"
+    return f"   {path} shows the joint density of u and v, by direct simulation and by the table"

@@ -1,4 +1,4 @@
-"""``tablegen generate``: a table from a configuration."""
+"""``tablegen generate``: make a table from a configuration."""
 
 import time
 from collections.abc import Iterator
@@ -20,21 +20,23 @@ if TYPE_CHECKING:
 
 @contextmanager
 def resumable(output: Path) -> Iterator[None]:
-    """Name ``--resume`` when Ctrl-C interrupts the block and there are checkpoints."""
+    """If Ctrl-C interrupts the block and finished pieces exist, say that ``--resume`` uses them."""
     from tablegen.checkpoints import parts_path
 
     try:
         yield
     except KeyboardInterrupt:
-        kept = parts_path(output)
-        if not kept.exists():
+        parts = parts_path(output)
+        if not parts.exists():
             raise
-        raise click.Abort(f"the same command with --resume continues from {kept}") from None
+        raise click.Abort(
+            f"to continue from {parts}, give the same command with --resume"
+        ) from None
 
 
 @click.command(
     cls=options.Command,
-    short_help="Make a table of a material pair or scene.",
+    short_help="Make a table for a material pair or scene.",
     epilog=options.examples(
         "tablegen generate corundum-steel --output corundum-steel.h5",
         "tablegen generate my-pair.toml --output my-pair.h5 --resume",
@@ -46,30 +48,41 @@ def resumable(output: Path) -> Iterator[None]:
 @click.argument("config", type=CONFIG, metavar="CONFIG.toml")
 @options.output("T.h5", ".h5", help_text="Table to write.")
 @options.overwrite
-@click.option("--resume", is_flag=True, help="Use the finished pieces of an interrupted run.")
-@click.option("--discard", is_flag=True, help="Remove the finished pieces of an interrupted run.")
-@shared.conditions("Conditions between nodes at which the accuracy is measured and stored.")
+@click.option(
+    "--resume", is_flag=True, help="Continue an interrupted run from its finished pieces."
+)
+@click.option(
+    "--discard",
+    is_flag=True,
+    help="Delete the finished pieces of an interrupted run, and begin again.",
+)
+@shared.conditions(
+    "Number of conditions between nodes at which the accuracy is measured and stored."
+)
 @click.option(
     "--samples",
     type=options.SAMPLES,
-    help="States a side there; by default as many as the declared accuracy needs.",
+    help="Number of states from the table, and of simulated ones, at each of these conditions; by "
+    "default as many as the declared accuracy needs.",
 )
 @click.option(
     "--executor",
     type=click.Choice(["threads", "dask", "mpi"]),
     default="threads",
     show_default=True,
-    help="Workers: threads, a Dask cluster, or all ranks of mpiexec but the first.",
+    help="What does the work: threads of this process, a Dask cluster, or all ranks of mpiexec but "
+    "the first.",
 )
 @click.option(
     "--scheduler",
     metavar="ADDRESS",
-    help="A running Dask scheduler; without one, dask starts processes on this machine.",
+    help="Address of a running Dask scheduler; without it, Dask starts processes on this machine.",
 )
 @click.option(
     "--workers",
     type=options.THREADS,
-    help="Threads, or processes of Dask on this machine; by default one per processor.",
+    help="Number of threads, or of Dask processes on this machine; by default one for each "
+    "processor.",
 )
 @options.progress
 def generate(
@@ -84,18 +97,20 @@ def generate(
     workers: int | None,
     progress: bool,
 ) -> int:
-    """Generate a table from a material pair or scene (a name, or the path of a .toml file).
+    """Make a table for a material pair or scene (a name, or the path of a .toml file).
 
-    Unless it is --quiet, it first says what the table is of and estimates the cost: nodes, minutes
-    of one processor, and disk space. The minutes are extrapolated from one node, and may be off by
-    half where other programs share the processor. The bars show the remaining time of a stage, and
-    where the error is largest.
+    First the command says which particles are simulated, and estimates the cost: nodes, minutes of
+    one processor, and disk space. It extrapolates the minutes from one node. If other programs use
+    the processor, the estimate may be off by half. Progress bars show the remaining time of each
+    stage, and where the error is largest. With --quiet, the command says none of this.
 
-    Nodes are placed where the error between them, measured against direct simulation, is too
-    large for the accuracy that the configuration asks for. Finished pieces are kept in T.h5.parts
-    until the table is complete; after an interrupted run, choose --resume or --discard. The table
-    has the same bytes whatever the executor. It ends with a validation, whose distances are stored
-    in the table; exit status 1 says that the declared accuracy is missed; a line says what to do.
+    The command adds nodes where the table differs from direct simulation by more than the accuracy
+    that the configuration declares. It keeps finished pieces in T.h5.parts until the table is
+    complete. If a run was interrupted, give --resume or --discard. All executors make the same
+    table, bit by bit.
+
+    At the end the table is validated, and the distances are stored in it. If the declared accuracy
+    is missed, the exit status is 1, and a line says what to do.
     """
     from sampler.library import processors
     from tablegen.config.config import load_config
@@ -103,23 +118,23 @@ def generate(
     from tablegen.tables.cost import Cost, cost_text, spent_text
     from tablegen.tables.generate import generate as generate_table
 
-    quoted: list[Cost] = []
+    costs: list[Cost] = []
 
-    # the number of workers elsewhere is not known here
+    # With MPI or a running Dask scheduler, the number of workers is not known here.
     here = workers or processors() if executor != executors.MPI and scheduler is None else None
 
-    def say_cost(cost: Cost) -> None:
-        quoted.append(cost)
+    def print_cost(cost: Cost) -> None:
+        costs.append(cost)
         note("tablegen", cost_text(cost, here))
 
     opened = executors.open_executor(executor, workers=workers, scheduler=scheduler)
     with resumable(output), opened as pool:
-        if pool is None:  # another rank than the first, whose work is done
+        if pool is None:  # This MPI rank was a worker, and its work is done.
             return DONE
         settings = load_config(config)
         for line in [f"particles: {settings.population}", *settings.doubts()] if progress else ():
             note("tablegen", line)
-        made = generate_table(
+        generated = generate_table(
             settings,
             output,
             resume=resume,
@@ -128,25 +143,27 @@ def generate(
             conditions=conditions,
             samples=samples,
             progress=progress,
-            on_cost=say_cost if progress else None,
+            on_cost=print_cost if progress else None,
         )
-    spent = time.process_time()  # of this program, from its start
+    # The processor time of this process includes its start and its threads. It does not include
+    # workers in other processes, whose seconds come with the table.
+    spent = time.process_time()
     if executor != executors.THREADS:
-        spent = max(spent, made.seconds)
-    click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB, {spent_text(spent, *quoted)}")
-    return _summarise(made)
+        spent = max(spent, generated.seconds)
+    click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB, {spent_text(spent, *costs)}")
+    return _summarise(generated)
 
 
-def _summarise(made: "Generated") -> int:
-    """Describe a new table and its accuracy; returns the exit status."""
+def _summarise(generated: "Generated") -> int:
+    """Print a description of a new table and its accuracy, and return the exit status."""
     from tablegen.commands.inspect import identity_text
 
-    click.echo(identity_text(made.table.contents))
-    if made.table.contents.of_spheres:
-        return print_spheres(made.table.contents, made.table.contents.seed)
-    for line in made.unmet:
+    click.echo(identity_text(generated.table.contents))
+    if generated.table.contents.of_spheres:
+        return print_spheres(generated.table.contents, generated.table.contents.seed)
+    for line in generated.unmet:
         note("tablegen", line)
-    if made.validation is None:
+    if generated.validation is None:
         return DONE
-    print_validation(made.validation)
-    return DONE if made.validation.holds else MISSED
+    print_validation(generated.validation)
+    return DONE if generated.validation.holds else MISSED

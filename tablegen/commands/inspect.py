@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @click.command(
     cls=options.Command,
-    short_help="Describe a table.",
+    short_help="Describe a table, or the laws of a pair.",
     epilog=options.examples(
         "tablegen inspect corundum-steel",
         "tablegen inspect my-pair.h5 --json",
@@ -34,12 +34,14 @@ if TYPE_CHECKING:
 )
 @options.table
 @options.as_json
-@click.option("--config", is_flag=True, help="Print the configuration it was generated from.")
+@click.option(
+    "--config", is_flag=True, help="Print the configuration from which the table was made."
+)
 def inspect(table: str, as_json: bool, config: bool) -> int:
-    """Describe a table: provenance, range, nodes, size, measured accuracy.
+    """Describe a table: its range, nodes, particles, origin, size and accuracy.
 
-    Of a pair or scene (the path of a .toml file) it prints restitution and resistance at a few
-    angles and speeds: a law in the wrong unit shows at once.
+    For the path of a .toml file (a pair or scene), the command prints restitution and resistance at
+    a few angles and speeds. So you see at once if a law is in the wrong unit.
     """
     from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
@@ -65,21 +67,22 @@ def inspect(table: str, as_json: bool, config: bool) -> int:
 
 
 def _editable(config: str) -> str:
-    """Say above a configuration with nodes what an edit of its range needs."""
+    """Return the configuration, with a comment on how to change its range if it lists nodes."""
     if "alpha_nodes_deg" not in config and "speed_nodes" not in config:
         return config
     return (
-        "# Before you change a range in [domain], delete its nodes in [table], alpha_nodes_deg or\n"
-        f"# speed_nodes: tablegen generate then places them.\n{config}"
+        "# Before you change alpha_deg in [domain], delete alpha_nodes_deg in [table]; before you\n"
+        "# change speed, delete speed_nodes. tablegen generate then places these nodes itself.\n"
+        f"{config}"
     )
 
 
 def identity(contents: "TableContents") -> dict[str, Any]:
-    """Describe a table with JSON-ready numbers, texts and lists.
+    """Describe a table by numbers, texts and lists that JSON can hold.
 
     Angles are in degrees, speeds in m/s, sizes in bytes. ``declared`` has the largest distances
-    that the configuration allows, or None if it cannot be read. ``worst`` has the largest ones in
-    ``accuracy``, or None if nothing was measured.
+    that the configuration allows, or None if it cannot be read. ``worst`` has the largest distances
+    in ``accuracy``, or None if nothing was measured.
     """
     from sampler.table import Table
 
@@ -114,53 +117,54 @@ def identity(contents: "TableContents") -> dict[str, Any]:
 
 
 def identity_text(contents: "TableContents") -> str:
-    """Describe a table in lines of text."""
+    """Describe a table in lines of text, for people."""
     facts = identity(contents)
     alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
     declared, law = facts["declared"], facts["spin"]
     covers = facts["covers"]
     if facts["valid_speed"] is not None:
         covers += "; laws measured at {:g} to {:g} m/s".format(*facts["valid_speed"])
-    spin, measured = "none: particles are taken to arrive without spin", "nothing"
+    spin, measured = "none; particles must arrive without spin", "nothing"
     if law is not None:
-        spin = f"{len(law['shapes'])} shapes, {law['leaves']} leaves, "
-        spin += "effective speeds {:g} to {:g} m/s, ".format(*law["effective_speed"])
-        spin += "any grain and later hits at {:g} to {:g} deg".format(*law["alpha_deg"])
+        shapes, leaves = len(law["shapes"]), law["leaves"]
+        spin = f"{shapes} shape{'s' * (shapes != 1)}, {leaves} leaves, "
+        spin += "{:g} to {:g} deg, ".format(*law["alpha_deg"])
+        spin += "effective speeds {:g} to {:g} m/s".format(*law["effective_speed"])
     if worst is not None:
         count = len(facts["accuracy"]["alpha_deg"])
-        measured = f"at {count} conditions between nodes, noise included, worst: "
-        measured += errors_text(worst)
+        measured = f"at most {errors_text(worst)} at {count} condition{'s' * (count != 1)} between "
+        measured += "nodes, including sampling noise"
     lines = [
         ("pair", facts["pair"]),
         ("covers", covers),
         ("nodes", f"{len(alpha)} angles, {len(speed)} speeds"),
         ("a draw gives", ", ".join(facts["variables"])),
-        ("particles", facts["population"] or "?"),
+        ("particles", facts["population"] or "cannot be read"),
         ("spin law", spin),
-        ("mixture", f"{facts['mixture_components']} components a node"),
+        ("mixture", f"{facts['mixture_components']} components at each node"),
         ("quantile knots", facts["quantile_knots"]),
         ("seed", facts["seed"]),
         ("software", f"rebound-tables {facts['software_version']}"),
         ("content SHA-256", facts["content_sha256"]),
         ("in memory", f"{facts['bytes_in_memory'] / 1e6:.2f} MB"),
-        ("declared", f"at most {errors_text(declared)}" if declared else "?"),
+        ("declared", f"at most {errors_text(declared)}" if declared else "cannot be read"),
         ("measured", measured),
         *(("note", note) for note in _notes(declared, worst)),
     ]
     if facts["spheres"]:
         shown = ("pair", "covers", "a draw gives", "software", "content SHA-256")
         lines = [line for line in lines if line[0] in shown]
-        lines.insert(2, ("spheres", "laws of contact"))
+        lines.insert(2, ("spheres", "laws of contact, from which each rebound is computed"))
     return "\n".join(f"{name:<18}{value}" for name, value in lines)
 
 
 def _length(contents: "TableContents", path: str) -> int:
-    """Give the length of the last axis of a dataset; 0 of none, as spheres have it."""
+    """Return the length of the last axis of a dataset; 0 if a table of spheres lacks it."""
     return contents[path].shape[-1] if path in contents.datasets else 0
 
 
 def _spin_law(contents: "TableContents") -> dict[str, Any] | None:
-    """Give the range and sizes of the spin law of a table; None if there is none."""
+    """Return the range and sizes of the spin law of a table; None if there is none."""
     if not contents.has_spin or contents.of_spheres:
         return None
     return {
@@ -175,17 +179,20 @@ def _spin_law(contents: "TableContents") -> dict[str, Any] | None:
 
 
 def _notes(declared: Mapping[str, float] | None, worst: Mapping[str, float] | None) -> list[str]:
-    """Note a loose declaration, or one that the stored accuracy does not meet."""
+    """Return notes if a table declares little accuracy, or stores a worse one than it declares."""
     if declared is None:
         return []
-    little = little_declared(declared)
+    notes = []
+    if little := little_declared(declared):
+        notes.append(little)
     missed = {name: x for name, x in (worst or {}).items() if x > declared[name]}
-    more = f"the file stores more than it declares: {errors_text(missed)}"
-    return [*([little] if little else []), *([more] if missed else [])]
+    if missed:
+        notes.append(f"the stored accuracy is worse than the declared one: {errors_text(missed)}")
+    return notes
 
 
 def _population(config: str) -> str | None:
-    """Read the population of a configuration in one line; None where it cannot be read."""
+    """Return the population of a configuration in one line; None if it cannot be read."""
     from tablegen.config.particles_text import particles_text
     from tablegen.config.scenes import parse_toml
 
@@ -196,7 +203,10 @@ def _population(config: str) -> str | None:
 
 
 def _declared(config: str) -> dict[str, float] | None:
-    """Read the declared accuracy without pydantic, which takes a second to load."""
+    """Return the declared accuracy; None if it cannot be read.
+
+    pydantic is not used, because it takes a second to load.
+    """
     from tablegen.config.scenes import parse_toml
 
     try:

@@ -1,7 +1,7 @@
-"""Command line of the generator.
+"""Command line of the generator: ``tablegen`` and its commands.
 
-Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted. Bad input
-gives one line on standard error and leaves no output.
+Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted. A mistake
+in what the user typed gives one line on standard error, and no output is written.
 """
 
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ from tablegen.config import require_generator
 )
 @click.version_option(sampler.__version__)
 def cli() -> None:
-    """Simulate the rebound of non-spherical particles and make tables to draw it from.
+    """Simulate rebounds of non-spherical particles, and make tables to draw rebounds from.
 
     Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted.
     """
@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv : sequence of str, optional
-        Arguments; those of the process if left out.
+        Arguments; by default those of the process.
     """
     try:
         require_generator()

@@ -1,4 +1,4 @@
-"""``tablegen prune``: a table cut to what a scene needs."""
+"""``tablegen prune``: cut a table to what a scene needs."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def _names(
     _context: click.Context, _option: click.Parameter, value: str | None
 ) -> list[str] | None:
-    """Parse names of variables with commas between them."""
+    """Parse names of variables that are separated by commas."""
     if value is None:
         return None
     names = [name.strip() for name in value.split(",")]
@@ -43,20 +43,20 @@ def _names(
     "--scene",
     type=CONFIG,
     metavar="SCENE.toml",
-    help="Conditions and variables to keep: a name, or a path.",
+    help="Scene with the angles, speeds and variables to keep: a name, or a path.",
 )
 @click.option(
     "--dimension",
     type=click.Choice(["2", "3"]),
-    help="2: keep u, v and omega_z, for a plane flow. 3: keep all six.",
+    help="2: keep u, v and omega_z, for a plane flow. 3: keep all six variables.",
 )
 @click.option(
     "--variables",
     callback=_names,
     metavar="NAME,NAME,...",
-    help=f"Keep these of {', '.join(VARIABLES)}.",
+    help=f"Variables to keep, of {', '.join(VARIABLES)}.",
 )
-@options.output("S.h5", ".h5")
+@options.output("S.h5", ".h5", help_text="New table to write.")
 @options.overwrite
 def prune(
     table: str,
@@ -65,12 +65,12 @@ def prune(
     variables: list[str] | None,
     output: Path,
 ) -> int:
-    """Cut a table to the variables, angles and speeds that are needed.
+    """Write a smaller table that has only the variables, angles and speeds that you need.
 
-    The new table gives the same draws as the full one for the same keys, at later hits too: the
-    spin law stays unless a scene says spin = false. A scene names the variables, angles and speeds
-    to keep, for a table of any pair. Laws, particles and numerical parameters that it states itself
-    must be those of the table.
+    For the same keys, the new table gives the same draws as the full one. It keeps the spin law,
+    unless the scene says spin = false. A scene names the variables, angles and speeds to keep; it
+    may be a scene of another pair. If the scene itself states laws, particles or numerical
+    parameters, they must be those of the table.
     """
     from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
@@ -78,7 +78,7 @@ def prune(
     from tablegen.tables.prune import prune as prune_table
 
     if scene is None and dimension is None and variables is None:
-        problem = "nothing says what to keep"
+        problem = "no option says what to keep"
         raise InputError("", problem=problem, remedy="give --scene, --dimension or --variables")
     source = find_table(table)
     whole = read_table(source)
@@ -88,17 +88,18 @@ def prune(
     alpha, speed = contents["axes/alpha_deg"], contents["axes/speed"]
     click.echo(
         f"{output}: {', '.join(contents.variables)}; {alpha[0]:g} to {alpha[-1]:g} degrees, "
-        f"{speed[0]:g} to {speed[-1]:g} m/s; {output.stat().st_size / 1e3:.0f} kB "
-        f"of {source.stat().st_size / 1e3:.0f} kB"
+        f"{speed[0]:g} to {speed[-1]:g} m/s; {output.stat().st_size / 1e3:.0f} kB instead of "
+        f"{source.stat().st_size / 1e3:.0f} kB"
     )
-    left = [name for name in whole.variables if name not in contents.variables]
-    left += ["the spin law"] if whole.has_spin and not contents.has_spin else []
-    click.echo(f"left out: {', '.join(left) or 'no variable'}")
+    removed = [name for name in whole.variables if name not in contents.variables]
+    removed += ["the spin law"] if whole.has_spin and not contents.has_spin else []
+    click.echo(f"left out: {', '.join(removed) or 'no variable'}")
     if whole["accuracy/ks"].size and not contents["accuracy/ks"].size:
         note(
             "tablegen",
-            "the accuracy that the table stores is not that of fewer variables, or of so small a "
-            f"range; tablegen validate {output} --store measures it",
+            "the new table stores no accuracy, because that of the full table was measured with "
+            "more variables or at other conditions; "
+            f"to measure it, run: tablegen validate {output} --store",
         )
     return DONE
 
@@ -106,7 +107,7 @@ def prune(
 def _wanted(
     config: "Config", scene: str | None, dimension: str | None, variables: list[str] | None
 ) -> "Config":
-    """Lay the scene over the configuration of the table, and the flags over both."""
+    """Return the configuration of the table, changed by the scene, and then by the options."""
     from tablegen.config.config import scene_over
 
     if scene is not None:

@@ -1,4 +1,4 @@
-"""Types and options that several commands share: configurations, measurements, bounded numbers."""
+"""Types and options that several commands have: configurations, measurements, bounded numbers."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -18,8 +18,8 @@ CONFIG = Named(".toml")
 #: Name or path of a file of measurements.
 MEASURED = Named(".csv")
 
-#: Endings of pictures.
-KINDS = (".png", ".pdf", ".svg")
+#: Endings of the names of pictures.
+PICTURE_ENDINGS = (".png", ".pdf", ".svg")
 
 Decorator = Callable[[Any], Any]
 
@@ -36,46 +36,64 @@ INERTIA = _within(bounds.INERTIA)
 
 
 def count(default: int, text: str, kind: Any = options.COUNT) -> Decorator:
-    """Add ``--count``, of particles."""
-    how: Any = {"default": default, "show_default": True, "metavar": "N"}
-    return click.option("--count", type=kind, help=text, **how)
+    """Add ``--count``, a number of particles."""
+    return click.option(
+        "--count", type=kind, default=default, show_default=True, metavar="N", help=text
+    )
 
 
 def conditions(text: str) -> Decorator:
-    """Add ``--conditions``, between the nodes of a table."""
-    how: Any = {"default": VALIDATE_CONDITIONS, "show_default": True}
-    return click.option("--conditions", type=options.CONDITIONS, help=text, **how)
+    """Add ``--conditions``, a number of conditions between the nodes of a table."""
+    return click.option(
+        "--conditions",
+        type=options.CONDITIONS,
+        default=VALIDATE_CONDITIONS,
+        show_default=True,
+        help=text,
+    )
 
 
 def speed(text: str) -> Decorator:
-    """Add ``--speed``, of rows that state none."""
+    """Add ``--speed``, the impact speed of measured rows that state none."""
     return click.option("--speed", type=SPEED, metavar="M_S", help=text)
 
 
 def wall_tilt(text: str) -> Decorator:
-    """Add ``--wall-tilt``, of a rough wall."""
-    kind, names = options.Number("0 to 28.6 degrees", 0.0, 28.6), ("--wall-tilt", "wall_tilt_deg")
-    return click.option(*names, type=kind, default=0.0, show_default=True, metavar="DEG", help=text)
+    """Add ``--wall-tilt``, the roughness of a wall."""
+    return click.option(
+        "--wall-tilt",
+        "wall_tilt_deg",
+        type=options.Number("0 to 28.6 degrees", 0.0, 28.6),
+        default=0.0,
+        show_default=True,
+        metavar="DEG",
+        help=text,
+    )
 
 
 def check_written(path: Path) -> None:
-    """Refuse a file that a command makes for its ``--output`` as that would be refused."""
+    """Check a second file, written beside ``--output``, as ``--output`` itself is checked."""
     options.OUTPUT(path, click.Option(["--output"]), click.get_current_context())
 
 
 def picture(text: str) -> Decorator:
-    """Add ``--picture``."""
-    how: Any = {"type": options.OUTPUT, "callback": _check_picture, "metavar": "F.png|pdf|svg"}
-    return click.option("--picture", help=text, **how)
+    """Add ``--picture``, the file of a figure."""
+    return click.option(
+        "--picture",
+        type=options.OUTPUT,
+        callback=_check_picture,
+        metavar="F.png|pdf|svg",
+        help=text,
+    )
 
 
 def _check_picture(_context: click.Context, _option: click.Parameter, path: Path | None) -> Any:
-    """Refuse a picture that cannot be drawn before any other work."""
+    """Raise `InputError`, before any work, if a picture cannot be drawn."""
     from tablegen.presentation import require_matplotlib
 
     if path is not None:
         require_matplotlib("--picture")
-        if path.suffix.lower() not in KINDS:
-            allowed = f"a name that ends in {' or '.join(KINDS)}"
+        if path.suffix.lower() not in PICTURE_ENDINGS:
+            allowed = f"a name that ends in {' or '.join(PICTURE_ENDINGS)}"
             raise InputError("--picture", str(path), allowed)
     return path

@@ -1,4 +1,4 @@
-"""``tablegen simulate``: rebounds by direct simulation."""
+"""``tablegen simulate``: simulate rebounds directly, and write each of them."""
 
 import math
 from pathlib import Path
@@ -20,6 +20,22 @@ if TYPE_CHECKING:
     from tablegen.config.population import Population
 
 
+#: What the output holds, at the end of the help.
+_OUTPUT = """
+
+\b
+The output is a file of numpy with these arrays of N rows:
+  state       u, v, w over V; omega_x, omega_y, omega_z times a/V
+  collisions  number of contacts with the wall
+  shape       0 ellipsoid, 1 prism, 2 truncated-prism, 3 tetrahedron, 4 sphere, 5 mesh
+  mesh        number of the mesh; -1: none
+  aspect      b/a and c/b
+  energy      translational and rotational energy over the kinetic energy before the impact
+  work        energy lost to the normal and to the tangential impulses, over the same energy
+  inertia     inertia about the spin after the rebound, over m a^2; 0 without spin
+The array columns has the names of the columns of state."""
+
+
 @click.command(
     cls=options.Command,
     epilog=options.examples(
@@ -27,49 +43,74 @@ if TYPE_CHECKING:
         "    --count 100000 --seed 1 --output rebounds.npz",
         "tablegen simulate --pair corundum-steel --particle grain.stl --alpha 45 --speed 200 \\",
         "    --count 100000 --seed 1 --output grains.npz",
-    ),
+    )
+    + _OUTPUT,
 )
-@click.option("--pair", required=True, type=CONFIG, help="Name or .toml file of a pair.")
+@click.option(
+    "--pair", required=True, type=CONFIG, help="Material pair or scene: a name, or a .toml file."
+)
 @click.option(
     "--shape",
     type=click.Choice([*SHAPE_NAMES, MIXTURE]),
-    help="Particle shape; mixture: the pair's non-spherical shapes and meshes, as weighted. May be "
-    "left out where the pair has one.",
+    help="Shape of the particles. mixture: all shapes and meshes of the pair but spheres, with the "
+    "weights of the pair. If the pair has one shape, this option is not needed.",
 )
 @click.option(
     "--particle",
     type=options.INPUT,
     metavar="MESH",
-    help="Instead of a shape: the convex hull of an STL, OBJ or PLY file.",
+    help="STL, OBJ or PLY file whose convex hull is the particle, instead of --shape.",
 )
-@click.option("--alpha", required=True, type=shared.ANGLE, metavar="DEG", help="Impact angle.")
-@click.option("--speed", required=True, type=shared.SPEED, metavar="M_S", help="Impact speed.")
-@click.option("--count", required=True, type=options.COUNT, metavar="N", help="Particles.")
-@click.option("--seed", required=True, type=options.SEED, metavar="S", help="Random seed.")
-@options.output("F.npz", ".npz", help_text="Write every rebound.")
+@click.option(
+    "--alpha",
+    required=True,
+    type=shared.ANGLE,
+    metavar="DEG",
+    help="Impact angle from the wall, degrees.",
+)
+@click.option(
+    "--speed", required=True, type=shared.SPEED, metavar="M_S", help="Impact speed V, m/s."
+)
+@click.option(
+    "--count", required=True, type=options.COUNT, metavar="N", help="Number of particles."
+)
+@click.option(
+    "--seed", required=True, type=options.SEED, metavar="S", help="Seed of the random numbers."
+)
+@options.output("F.npz", ".npz", help_text="File to write.")
 @options.overwrite
-@click.option("--aspect", type=shared.RATIO, nargs=2, metavar="BA CB", help="Fix b/a and c/b.")
+@click.option(
+    "--aspect",
+    type=shared.RATIO,
+    nargs=2,
+    metavar="BA CB",
+    help="Give all particles these ratios b/a and c/b.",
+)
 @click.option(
     "--spin",
     type=shared.SPIN,
     nargs=3,
     default=(0.0, 0.0, 0.0),
     metavar="WX WY WZ",
-    help="Mean angular velocity before the impact, times a/V.",
+    help="Mean angular velocity before the impact times a/V, in the frame of the wall; by default "
+    "0.",
 )
 @click.option(
     "--inertia",
     type=shared.INERTIA,
     default=0.0,
     metavar="K",
-    help="Inertia about the spin before the impact over m a^2, of each grain the nearest that it "
-    "can have; 0, the default: not known, its orientation is uniform.",
+    help="Inertia about the spin before the impact, over m a^2. A grain that cannot have this "
+    "value gets the nearest that it can have. 0, the default: the inertia is not known, and "
+    "orientations are uniform.",
 )
 @click.option(
     "--omega",
     type=click.Choice(["mean", "departure"]),
     default="mean",
-    help="Angular velocities after: means over free tumbling, as by default, or at departure.",
+    show_default=True,
+    help="Angular velocities to write: means over the free tumbling after the rebound, or values "
+    "at departure.",
 )
 @options.threads
 @options.progress
@@ -89,24 +130,34 @@ def simulate(
     threads: int | None,
     progress: bool,
 ) -> int:
-    """Simulate rebounds directly.
-
-    Writes state, collisions, shape, mesh (its number, -1: none), aspect, energy, work and inertia
-    (about the spin after the rebound, over m a^2) of each.
-    """
+    """Simulate rebounds directly, and write each of them."""
     from tablegen.config.config import load_config
     from tablegen.simulation.simulate import make_condition, simulate_condition
 
     config = load_config(find_file("--pair", pair, ".toml"))
     population = _chosen_particles(config.population, shape, particle, aspect)
-    numerics = config.model.contact_resolution, config.model.tolerance
-    condition = make_condition(math.radians(alpha), speed, spin, *numerics, omega, inertia)
-    speeds = config.pair.extrapolation(speed)
-    particles = f"particles: {population}"
-    for line in [particles, *config.doubts(), *([speeds] if speeds else [])]:
+    condition = make_condition(
+        math.radians(alpha),
+        speed,
+        spin,
+        config.model.contact_resolution,
+        config.model.tolerance,
+        omega,
+        inertia,
+    )
+    extrapolation = config.pair.extrapolation(speed)
+    notes = [f"particles: {population}", *config.doubts()]
+    for line in [*notes, extrapolation] if extrapolation else notes:
         note("tablegen", line)
-    task = config.pair, population, condition, count
-    result = simulate_condition(*task, seed=seed, threads=threads, progress=progress)
+    result = simulate_condition(
+        config.pair,
+        population,
+        condition,
+        count,
+        seed=seed,
+        threads=threads,
+        progress=progress,
+    )
     fields = ("state", "collisions", "shape", "mesh", "aspect", "energy", "work", "inertia")
     write_arrays(output, **{name: getattr(result, name) for name in fields}, columns=STATE)
     return DONE
@@ -118,11 +169,11 @@ def _chosen_particles(
     particle: Path | None,
     aspect: tuple[float, float] | None,
 ) -> "Population":
-    """Select the shape, or make the mesh, that the flags ask for."""
+    """Return the particles that the options ask for: a shape, a mixture, or a mesh."""
     from tablegen.config.mesh import THINNED_WITHIN, read_mesh
 
-    only = len(population.strata()) == 1
-    if particle is None and (shape is not None or only):
+    has_one_shape = len(population.strata()) == 1
+    if particle is None and (shape is not None or has_one_shape):
         population = population if shape is None else population.restricted_to(shape)
         return population if aspect is None else population.with_aspect(*aspect)
     if particle is None or shape is not None:

@@ -1,4 +1,4 @@
-"""``tablegen stability``: the model on extreme particles and impacts."""
+"""``tablegen stability``: check the model on extreme particles and impacts."""
 
 from pathlib import Path
 
@@ -22,23 +22,27 @@ from tablegen.config.defaults import STABILITY_COUNT, STABILITY_FRICTION, STABIL
     ),
 )
 @click.argument("pair", type=CONFIG, metavar="[PAIR|CONFIG.toml]", default="corundum-steel")
-@click.option("--quick", is_flag=True, help="2,368 cases: some 20 seconds on two cores.")
-@shared.count(STABILITY_COUNT, "Particles a case.")
+@click.option(
+    "--quick",
+    is_flag=True,
+    help="Simulate 2,368 cases instead of 28,280; this takes about 20 seconds on two cores.",
+)
+@shared.count(STABILITY_COUNT, "Number of particles in each case.")
 @click.option(
     "--friction",
     type=options.Integer(0, 2**40),
     metavar="N",
-    help="Particles under each of 44 Coulomb laws.  [default: 20000; with --quick 1000]",
+    help="Number of particles under each of 44 Coulomb laws.  [default: 20000; with --quick 1000]",
 )
 @click.option(
     "--grains",
     type=options.Integer(0, 20_000),
     metavar="N",
-    help="Grains of each kind in chains of hits.  [default: 1000; with --quick 100]",
+    help="Number of grains of each kind in chains of hits.  [default: 1000; with --quick 100]",
 )
 @options.seed("Seed of the particles.")
 @options.threads
-@options.json_file("Write every case.")
+@options.json_file("Write the numbers of all cases to this JSON file.")
 @options.html_file
 @options.overwrite
 @options.progress
@@ -54,23 +58,27 @@ def stability(
     html_file: Path | None,
     progress: bool,
 ) -> int:
-    """Simulate extreme particles and impacts, and check the model in each.
+    """Simulate extreme particles and impacts, and check the model in each case.
 
-    The whole study has 28,280 cases: five shapes; b/a and c/b of 1, 0.999, 0.5, 0.05 and 0.02;
-    angles from 0.01 to 90 degrees; speeds from 1 to 3,000 m/s; spins before the impact of 0, 1, 5
-    and 50 V/a along the wall axis z, the normal of the impact plane, both ways. It takes some two
-    minutes on two cores. ``tablegen simulate`` repeats a case with the seed that is named.
+    The study has 28,280 cases: five shapes; b/a and c/b of 1, 0.999, 0.5, 0.05 and 0.02; angles
+    from 0.01 to 90 degrees; speeds from 1 to 3,000 m/s; spins before the impact of 0, 1, 5 and 50
+    V/a in both directions along the wall axis z, which is normal to the impact plane. It takes
+    about two minutes on two cores. ``tablegen simulate`` with the seed that is named repeats a
+    case.
 
-    Under Coulomb's law random particles of the pair's population hit at random angles, speeds and
-    spins, with coefficients of friction from 0.1 to 100 and restitutions from 0 to 1.
+    Each case is simulated three times with the same particles: as usual, with half the contact
+    resolution, and with half the tolerance of the flight.
 
-    In chains of hits grains of each shape, and discs, meet sixty walls, in a cylinder and between
-    walls of any direction, and keep their angular velocity and the inertia about it. Discs that
-    roll along a cylinder meet its wall a thousand times.
+    Coulomb's law is checked with random particles of the pair's population. They hit the wall at
+    random angles, speeds and spins, with coefficients of friction from 0.1 to 100 and restitutions
+    from 0 to 1.
 
-    Each case runs three times on the same particles: as usual, with half the contact resolution,
-    and with half the tolerance of the flight. Exit status 1 if a particle is not finite, does not
-    finish, gains energy or is not separated from the wall.
+    In chains of hits, grains of each shape, and discs, meet sixty walls, in a cylinder and between
+    walls of any direction. They keep their angular velocity and the inertia about it from wall to
+    wall. Discs that roll along a cylinder meet its wall a thousand times.
+
+    The exit status is 1 if a particle has a number that is not finite, does not leave the wall,
+    gains energy, or touches the wall at the end.
     """
     from tablegen.config.config import load_config
     from tablegen.evidence.page import render_page, render_text
@@ -83,7 +91,7 @@ def stability(
         friction = STABILITY_FRICTION // (20 if quick else 1)
     if grains is None:
         grains = STABILITY_GRAINS // (10 if quick else 1)
-    if html_file:  # refuse before the work
+    if html_file:  # If matplotlib is missing, say so before the long work.
         require_matplotlib("--html")
     study = run_study(
         load_config(pair),

@@ -1,4 +1,4 @@
-"""``tablegen validate``: a table compared with fresh direct simulation."""
+"""``tablegen validate``: compare a table with new direct simulation."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @click.command(
     cls=options.Command,
-    short_help="Compare a table with fresh direct simulation.",
+    short_help="Compare a table with new direct simulation.",
     epilog=options.examples(
         "tablegen validate corundum-steel",
         "tablegen validate my-pair.h5 --accuracy standard --conditions 20 --json accuracy.json",
@@ -27,34 +27,46 @@ if TYPE_CHECKING:
     ),
 )
 @options.table
-@shared.conditions("Conditions between nodes, evenly spread over angle and speed.")
+@shared.conditions("Number of conditions between nodes, evenly spread over angle and speed.")
 @click.option(
     "--alpha",
     type=options.ANGLE,
     multiple=True,
     metavar="DEG",
-    help="Compare only at this angle; repeatable.",
+    help="Compare only at this angle from the wall, degrees; may be given several times.",
 )
 @click.option(
-    "--speed", type=options.POSITIVE, multiple=True, metavar="M_S", help="Speed for an --alpha."
+    "--speed",
+    type=options.POSITIVE,
+    multiple=True,
+    metavar="M_S",
+    help="Impact speed that goes with --alpha, m/s: one for all angles, or one for each.",
 )
 @click.option(
     "--accuracy",
     metavar="A",
-    help="Accuracy to hold the table against: compact, standard or fine, or limits such as "
-    "ks=0.01,auc=0.56, or spin_chain_ks=0.03 for a spin law. By default the declared accuracy.",
+    help="Accuracy to judge the table by: compact, standard, fine, or limits such as "
+    "ks=0.01,auc=0.56,spin_chain_ks=0.03. By default it is the accuracy that the table declares.",
 )
-@click.option("--seed", type=options.SEED, metavar="S", help="By default random, and printed.")
+@click.option(
+    "--seed",
+    type=options.SEED,
+    metavar="S",
+    help="Seed of the conditions and of all random numbers; by default random, and printed.",
+)
 @click.option(
     "--samples",
     type=options.SAMPLES,
-    help="States a side; by default as many as the accuracy needs, at least 100000.",
+    help="Number of states from the table, and of simulated ones, at each condition; by default as "
+    "many as the accuracy needs, at least 100000.",
 )
-@click.option("--store", is_flag=True, help="Store the distances between nodes in the table.")
-@options.json_file("Write every number.")
+@click.option("--store", is_flag=True, help="Store the measured distances in the table.")
+@options.json_file("Write all numbers to this JSON file.")
 @options.html_file
 @options.overwrite
-@click.option("--details", is_flag=True, help="Every condition: distances, means and modes.")
+@click.option(
+    "--details", is_flag=True, help="Print distances, means and modes at every condition."
+)
 @options.progress
 def validate(
     table: str,
@@ -66,15 +78,20 @@ def validate(
     details: bool,
     **settings: Any,
 ) -> int:
-    """Compare a table with fresh direct simulation, at some conditions between its nodes.
+    """Compare a table with new direct simulation at conditions between its nodes.
 
-    KS: largest Kolmogorov-Smirnov distance of a variable. Sliced W: sliced Wasserstein distance
-    of the standardised states. Corr.: largest error of a correlation. AUC: how well a classifier
-    tells table from direct; 0.5 = it cannot. A spin law is compared without spin, and along chains
-    of sixty hits, in a cylinder and between walls of any direction, by KS, energy kept, squared
-    spin and median angle. A number holds if it is within its limit when three errors are taken off.
-    Draws of a table of spheres must equal direct simulation but for rounding.
-    Exit status 1 if the accuracy is missed; a line then says what to change.
+    Four distances are measured: ks is the largest Kolmogorov-Smirnov distance of a variable;
+    sliced_wasserstein is the sliced Wasserstein distance of the standardised states;
+    correlation_error is the largest error of a correlation; auc says how well a classifier tells
+    the table from direct simulation (0.5: it cannot).
+
+    A spin law is compared at impacts without spin, and along chains of sixty hits, in a cylinder
+    and between walls of any direction. Chains are compared by ks, the kept energy, the squared spin
+    and the median angle.
+
+    A number holds if number - 3 error is within its limit. If the accuracy is missed, the exit
+    status is 1, and a line says what to change. A table of spheres must agree with direct
+    simulation within rounding errors.
     """
     from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
@@ -103,19 +120,19 @@ def validate(
 
 
 def _conditions(alpha: Sequence[float], speed: Sequence[float]) -> list[Any] | None:
-    """Combine angles and speeds; a single one goes with all of the others."""
+    """Pair angles with speeds; if there is one angle or one speed, it goes with all others."""
     if not alpha and not speed:
         return None
     count = max(len(alpha), len(speed))
     if {len(alpha), len(speed)} - {1, count} or not alpha or not speed:
-        given, allowed = f"{len(alpha)} and {len(speed)}", "as many of both, or one of either"
+        given, allowed = f"{len(alpha)} and {len(speed)}", "equally many, or one of them"
         raise InputError("--alpha and --speed", given, allowed)
     columns = [list(c) * (count // len(c)) for c in (alpha, speed)]
     return list(zip(*columns, strict=True))
 
 
 def print_validation(result: "Validation", details: bool = False) -> None:
-    """Print the verdict, what to change, the judged numbers, details if wanted, and notes."""
+    """Print whether the accuracy holds, what to change, all numbers, and how they were measured."""
     from tablegen.accuracy.accuracy_text import (
         detail_tables,
         numbers_table,
@@ -134,13 +151,13 @@ def print_validation(result: "Validation", details: bool = False) -> None:
 
 
 def print_spheres(contents: "TableContents", seed: int | None) -> int:
-    """Print how far draws of a table of spheres are from direct simulation; the exit status."""
+    """Print how far a table of spheres is from direct simulation, and return the exit status."""
     from tablegen.tables.spheres import ROUNDING, largest_difference
 
     difference = largest_difference(contents, seed)
     holds = difference <= ROUNDING
     click.echo(
         f"{'holds' if holds else 'MISSED'}: draws differ from direct simulation by at most "
-        f"{difference:.1e}, allowed: {ROUNDING:g}"
+        f"{difference:.1e}; {ROUNDING:g} is allowed"
     )
     return DONE if holds else MISSED

@@ -141,7 +141,7 @@ def little_declared(declared: Mapping[str, float]) -> str:
     names = [name for name in METRICS if declared[name] > PRESETS["compact"][name]]
     allowed = ", ".join(f"{name} {declared[name]:g}" for name in names)
     usual = ", ".join(f"{PRESETS['compact'][name]:g}" for name in names)
-    text = f"the table declares little: {allowed}, where the preset compact has {usual}"
+    text = f"the table declares little accuracy: {allowed}; the preset compact has {usual}"
     return text if names else ""
 
 

@@ -20,7 +20,7 @@ from tablegen.accuracy.chains import (
     GEOMETRIES,
     LaterHit,
     Wall,
-    chains_of,
+    chain_comparisons,
     first_arrivals,
     follow,
     kinds_of_grains,
@@ -271,7 +271,7 @@ def measure_spinning(
     kinds = kinds_of_grains(DirectModel(config), seed, 1)
     compared: dict[str, list[ComparedChain]] = {name: [] for name in walls}
     for name in list(walls)[1:]:
-        chains = chains_of(walls[name], config, seed, budget.chained)
+        chains = chain_comparisons(walls[name], config, seed, budget.chained)
         parts = in_threads(lambda chain: chain(), chains)
         of_chains = product(kinds, GEOMETRIES)
         compared[name] = [

@@ -8,7 +8,7 @@ import sampler
 from tablegen.accuracy.chains import (
     GEOMETRIES,
     GROUPS,
-    chains_of,
+    chain_comparisons,
     compare_chain,
     first_arrivals,
     follow,
@@ -114,9 +114,9 @@ def test_errors_are_those_of_repetitions():
 
 
 def test_a_narrow_scene_has_chains_that_begin_at_its_angles():
-    assert len(chains_of(DirectTable(CONFIG), CONFIG, 1, 10)) == 2 * len(KINDS)
+    assert len(chain_comparisons(DirectTable(CONFIG), CONFIG, 1, 10)) == 2 * len(KINDS)
     few = CONFIG.with_changes({"domain": {"alpha_deg": [29.0, 31.0]}})
-    work = chains_of(DirectTable(CONFIG), few, 1, 400)
+    work = chain_comparisons(DirectTable(CONFIG), few, 1, 400)
     assert len(work) == 2 * len(KINDS)
     begun = []
 

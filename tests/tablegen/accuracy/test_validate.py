@@ -84,7 +84,7 @@ class TestVerdict:
         assert found.holds
         assert found.stored["ks"] == 0.0
         assert found.numbers[0].estimate.value > 0.3
-        assert "Note: the table declares little: ks 1," in "\n".join(validation_notes(found))
+        assert "Note: the table declares little accuracy: ks 1," in "\n".join(validation_notes(found))
 
 
 class TestResult:
@@ -180,4 +180,4 @@ class TestSpinLaw:
         elastic = SPINNING.with_changes({"pair": {"restitution": {"coefficient": 0.03}}})
         ended = run("validate", spinning(elastic), *words)
         assert ended.status == MISSED
-        assert "times its limit: give the spin law more leaves" in ended.out
+        assert "times its limit. Give the spin law more leaves" in ended.out

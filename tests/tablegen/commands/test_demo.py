@@ -42,7 +42,7 @@ def test_missed_accuracy_is_status_1_and_needs_no_matplotlib(small_demo, tmp_pat
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     ended = small_demo(ROUGH.with_changes({"accuracy": {"auc": 0.5}}))
     assert ended.status == MISSED
-    assert "no picture: needs matplotlib" in ended.out
+    assert "no picture: matplotlib is not installed" in ended.out
     assert [path.name for path in tmp_path.iterdir()] == ["demo.h5"]
 
 

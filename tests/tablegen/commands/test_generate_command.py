@@ -26,7 +26,9 @@ def test_missed_accuracy_is_status_1_and_leaves_the_table(run, tmp_path):
     config = config_file(tmp_path, accuracy={"auc": 0.5})
     ended = run("generate", config, "--output", output, "--conditions", 1, "--quiet")
     assert ended.status == MISSED
-    assert re.search(r"^(to hold: declare auc = 0\.|auc 0\.\d+ at )", ended.out, re.MULTILINE)
+    assert re.search(
+        r"^(To make it hold, declare auc = 0\.|auc 0\.\d+ at )", ended.out, re.MULTILINE
+    )
     assert sampler.load(output).accuracy["auc"].max() > 0.5
 
 

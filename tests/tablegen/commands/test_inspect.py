@@ -28,7 +28,7 @@ def test_describes_the_table(run, tiny):
     for words in ("35 to 45 deg, 60 to 300 m/s", table.contents.content_sha256, largest):
         assert words in ended.out
     written = run("inspect", tiny.path, "--config").out
-    assert written.startswith("# Before you change a range in [domain], delete its nodes")
+    assert written.startswith("# Before you change alpha_deg in [domain], delete alpha_nodes_deg")
     assert written.endswith(TINY.text + "\n")
 
 
@@ -57,9 +57,9 @@ def test_a_table_without_measured_accuracy(run, tmp_path):
 def test_loose_and_missed_declarations_are_noted(run, tiny, tmp_path):
     contents, path = tiny.generated.table.contents, tmp_path / "t.h5"
     write_table(path, forged(contents))
-    assert "declares little: ks 1, sliced_wasserstein 1e+06," in run("inspect", path).out
+    assert "declares little accuracy: ks 1, sliced_wasserstein 1e+06;" in run("inspect", path).out
     write_table(path, declaring(contents, ks=0.001))
-    assert "stores more than it declares: KS 0." in run("inspect", path).out
+    assert "the stored accuracy is worse than the declared one: KS 0." in run("inspect", path).out
     assert "note  " not in run("inspect", "corundum-steel").out
 
 
@@ -68,7 +68,7 @@ def test_declared_accuracy_of_a_preset_and_of_nonsense(tiny):
     compact = replace(contents, config='accuracy.preset = "compact"\naccuracy.ks = 0.5')
     assert identity(compact)["declared"] == {**PRESETS["compact"], "ks": 0.5}
     unreadable = replace(contents, config='accuracy.ks = "small"')
-    assert "declared          ?" in identity_text(unreadable)
+    assert "declared          cannot be read" in identity_text(unreadable)
 
 
 def test_script(tiny, tmp_path):

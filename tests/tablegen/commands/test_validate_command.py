@@ -47,7 +47,7 @@ def test_declared_accuracy_counts_unless_another_is_asked_for(run, wrong, tmp_pa
     assert (ended.status, ended.err) == (MISSED, "")
     assert json.loads(record.read_text())["holds"] is False
     assert "is missed" in page.read_text()
-    assert re.search(r"^ks 0\.\d+ at .* times its limit: put a node there", ended.out, re.MULTILINE)
+    assert re.search(r"^ks 0\.\d+ at .* times its limit\. Put a node there", ended.out, re.MULTILINE)
     assert re.search(r"^ks .* 0\.05 +MISSED ", ended.out, re.MULTILINE)
 
 
@@ -65,7 +65,7 @@ def test_conditions_of_ones_choice(run, tiny):
 
 def test_seed_is_printed_and_another_each_time(run, tiny):
     words = ("validate", tiny.path, "--alpha", 40, "--speed", 100, "--samples", 1000, "--quiet")
-    first, other = (re.search(r"^Seed (\d+):", run(*words).out, re.M)[1] for _ in range(2))
+    first, other = (re.search(r"give --seed (\d+)\.$", run(*words).out, re.M)[1] for _ in range(2))
     assert first != other
     assert run(*words, "--seed", first).out == run(*words, "--seed", first).out
 
