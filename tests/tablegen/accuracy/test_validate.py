@@ -84,7 +84,8 @@ class TestVerdict:
         assert found.holds
         assert found.stored["ks"] == 0.0
         assert found.numbers[0].estimate.value > 0.3
-        assert "Note: the table declares little accuracy: ks 1," in "\n".join(validation_notes(found))
+        notes = "\n".join(validation_notes(found))
+        assert "Note: the table declares little accuracy: ks 1," in notes
 
 
 class TestResult:

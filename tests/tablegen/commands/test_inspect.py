@@ -57,7 +57,7 @@ def test_a_table_without_measured_accuracy(run, tmp_path):
 def test_loose_and_missed_declarations_are_noted(run, tiny, tmp_path):
     contents, path = tiny.generated.table.contents, tmp_path / "t.h5"
     write_table(path, forged(contents))
-    assert "declares little accuracy: ks 1, sliced_wasserstein 1e+06;" in run("inspect", path).out
+    assert "declares little accuracy: ks 1, sliced_wasserstein 1e+06," in run("inspect", path).out
     write_table(path, declaring(contents, ks=0.001))
     assert "the stored accuracy is worse than the declared one: KS 0." in run("inspect", path).out
     assert "note  " not in run("inspect", "corundum-steel").out

@@ -47,7 +47,8 @@ def test_declared_accuracy_counts_unless_another_is_asked_for(run, wrong, tmp_pa
     assert (ended.status, ended.err) == (MISSED, "")
     assert json.loads(record.read_text())["holds"] is False
     assert "is missed" in page.read_text()
-    assert re.search(r"^ks 0\.\d+ at .* times its limit\. Put a node there", ended.out, re.MULTILINE)
+    advice = r"^ks 0\.\d+ at .* times its limit\. Put a node there"
+    assert re.search(advice, ended.out, re.MULTILINE)
     assert re.search(r"^ks .* 0\.05 +MISSED ", ended.out, re.MULTILINE)
 
 
