@@ -94,7 +94,7 @@ class CheckpointStore:
             if not stamp.is_file() and {path.name for path in self.folder.iterdir()} - {_LOCK}:
                 problem = f"{self.folder} exists, and is not the folder of an unfinished run"
                 raise InputError("output", problem=problem, remedy="choose another output")
-            self._lock = self._locked()
+            self._lock = self._lock_output()
             try:
                 self.resumed = self._begin(stamp, resume, discard)
             except BaseException:
@@ -106,30 +106,30 @@ class CheckpointStore:
 
     def _begin(self, stamp: Path, resume: bool, discard: bool) -> bool:
         """Tell whether the run resumes; if not, remove its checkpoints and write the stamp."""
-        stamped = stamp.read_text() if stamp.is_file() else ""
+        old_stamp = stamp.read_text() if stamp.is_file() else ""
         if not discard and self._pieces():
-            self._check_can_resume(stamped, resume)
+            self._check_can_resume(old_stamp, resume)
             return True
         for path in self._pieces():
             path.unlink()
         stamp.write_text(self._stamp)
         return False
 
-    def _check_can_resume(self, stamped: str, resume: bool) -> None:
+    def _check_can_resume(self, old_stamp: str, resume: bool) -> None:
         """Refuse checkpoints of another run, or about which the user said nothing."""
-        same = stamped == self._stamp
+        same = old_stamp == self._stamp
         if not (same and resume):
             other = "" if same else ", made from another configuration or version"
             pieces = len(self._pieces())
             count = f"{pieces} piece{'s' * (pieces > 1)}"
-            way = "--resume to use them" if same else "another output"
+            choice = "--resume to use them" if same else "another output"
             raise InputError(
                 "output",
                 problem=f"{self.folder} has {count} of an unfinished run{other}",
-                remedy=f"give {way}, or --discard to remove them",
+                remedy=f"give {choice}, or --discard to remove them",
             )
 
-    def _locked(self) -> BinaryIO:
+    def _lock_output(self) -> BinaryIO:
         """Claim the output for this run, as long as the returned file is open.
 
         The system frees the lock of a process that ends in any way. Where it knows no locks, the
@@ -174,11 +174,11 @@ class CheckpointStore:
 
     def load(self, key: str) -> Arrays | None:
         """Read the arrays of a checkpoint; None if it is missing or damaged."""
-        return _arrays(self.path(key))
+        return _read_arrays(self.path(key))
 
     def seconds(self) -> float:
         """Sum up the processor seconds of all checkpoints."""
-        pieces = (_arrays(path) for path in self._pieces())
+        pieces = (_read_arrays(path) for path in self._pieces())
         return sum(float(piece[SECONDS]) for piece in pieces if piece)
 
     def save(self, key: str, arrays: Mapping[str, Any]) -> None:
@@ -200,7 +200,7 @@ class CheckpointStore:
             self.folder.rmdir()
 
 
-def _arrays(path: Path) -> Arrays | None:
+def _read_arrays(path: Path) -> Arrays | None:
     """Read the arrays of a file; None if it is missing or damaged."""
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -221,10 +221,10 @@ def stable_number(key: str, bits: int) -> int:
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") >> (64 - bits)
 
 
-def run_task(task: Task, wanted_software: str) -> Arrays:
+def run_task(task: Task, expected_software: str) -> Arrays:
     """Run a task on a worker, and add its time; refuse a worker with other software."""
-    if (ours := software()) != wanted_software:
-        raise InputError("workers", f"one with {ours}", wanted_software)
+    if (own_software := software()) != expected_software:
+        raise InputError("workers", f"one with {own_software}", expected_software)
     begin = time.thread_time()
     return {**task.function(*task.arguments), SECONDS: np.array(time.thread_time() - begin)}
 
@@ -258,17 +258,17 @@ class TaskRunner:
         A key identifies a task among all tasks of the same configuration. ``on_result`` is called
         with key and result of each task when it is done.
         """
-        done: dict[str, Arrays] = {}
+        results: dict[str, Arrays] = {}
         for key in tasks:
-            if self._store and (kept := self._store.load(key)) is not None:
-                done[key] = kept
-                on_result(key, kept)
-        missing = {key: task for key, task in tasks.items() if key not in done}
+            if self._store and (stored := self._store.load(key)) is not None:
+                results[key] = stored
+                on_result(key, stored)
+        missing = {key: task for key, task in tasks.items() if key not in results}
         counted = bar(
             self._progress and bool(missing),
             unit="piece",
             total=len(tasks),
-            initial=len(done),
+            initial=len(results),
             desc=title,
             postfix=self.note,
         )
@@ -276,12 +276,12 @@ class TaskRunner:
             for key, arrays in finished:
                 if self._store:
                     self._store.save(key, arrays)
-                done[key] = arrays
+                results[key] = arrays
                 on_result(key, arrays)
                 counted.set_postfix_str(self.note, refresh=False)
                 counted.update()
-        self.seconds += sum(float(arrays[SECONDS]) for arrays in done.values())
-        return {key: done[key] for key in tasks}
+        self.seconds += sum(float(arrays[SECONDS]) for arrays in results.values())
+        return {key: results[key] for key in tasks}
 
     def _finished(self, tasks: Mapping[str, Task]) -> Generator[tuple[str, Arrays], None, None]:
         """Run tasks, and yield keys and results as they come in."""

@@ -1,33 +1,43 @@
-"""Kernels of the fit of experts: shares of the experts in each rebound, and weighted sums.
+"""Kernels of the fit of experts: the expectation step of `tablegen.fitting.experts`.
 
-Arrays with numbers of n rebounds have single precision, and sums have double. Rebounds come last,
-(k, n), so that loops over them have no sum or maximum and run in vector registers. Experts are
-numbered group by group: k experts in g groups.
+The share of expert s of group g in a rebound is the probability that this expert made it,
+
+    share_gs = G_g E_gs N_gs / sum over all experts of G E N,
+
+where the gates G and E are probabilities of a group, and of an expert given its group, and N is the
+normal density of the expert at the outcomes of the rebound. With the sum over a group of its
+shares, share_g, the gradients of the log-likelihood with respect to the logits of the gates are
+share_g - G_g and share_gs - share_g E_gs (Jordan and Jacobs, Neural Computation 6 (1994) 181-214).
+
+All numbers are without units. Arrays over n rebounds have single precision, and sums over rebounds
+have double. The rebounds are the last axis, (k, n): loops over them then have neither a sum nor a
+maximum, and run in vector registers. The k experts of g groups are numbered group by group.
 """
 
-from typing import Any
-
 import numpy as np
-from llvmlite import ir
-from numba import types
 from numpy.typing import NDArray
 
-from tablegen.model.jit import inline_kernel, kernel, operation
+from tablegen.model.jit import inline_kernel, kernel
+from tablegen.model.tile_products import TILE_COLUMNS, TILE_ROWS, write_tile
 
 Single = NDArray[np.float32]
 
 _F = np.float32
 _HALF, _ONE, _ZERO = _F(0.5), _F(1.0), _F(0.0)
 
-#: Below 2**-60 a weight counts for nothing. Products of two weights are then normal numbers:
-#: processors take a hundred cycles for each that is not.
+#: Power of two to which smaller densities, relative to the largest one of a rebound, are raised.
+#: Products of two such numbers are not subnormal: processors take a hundred cycles for each number
+#: that is.
 _LEAST_POWER = _F(-60.0)
-#: The same for a gate, so that the densest expert counts whatever its gate.
+#: The same for probabilities of gates. They are larger, so that the expert with the largest density
+#: counts, whatever its gates are.
 _LEAST_GATE = _F(-30.0)
-#: Smaller shares are 0; and the least sum of densities times priors.
-_LEAST, _LEAST_TOTAL = _F(2.0**-60), _F(1e-30)
+#: Smaller shares become 0.
+_LEAST_SHARE = _F(2.0**-60)
+#: Least sum of densities times gates, by which shares are divided.
+_LEAST_SUM = _F(1e-30)
 _LOG2_E = _F(1.4426950408889634)
-#: 2**x on [-1/2, 1/2]: Taylor coefficients of exp(x ln 2), relative error below 3e-7.
+#: Taylor coefficients of 2**x = exp(x ln 2) on [-1/2, 1/2]; the relative error is below 3e-7.
 _C1, _C2, _C3 = _F(0.6931471805599453), _F(0.2402265069591007), _F(0.05550410866482158)
 _C4, _C5, _C6 = _F(0.009618129107628477), _F(0.0013333558146428443), _F(0.00015403530393381608)
 _EXPONENT_BIAS, _EXPONENT_SHIFT = np.int32(127), np.uint32(23)
@@ -44,13 +54,9 @@ def exponential(x: np.float32, least: np.float32) -> np.float32:
     return p * np.uint32(bits).view(np.float32)
 
 
-#: Products are summed in tiles of a x b: as many sums as fit into vector registers.
-_TILE_A, _TILE_B = 6, 16
-
-
 @kernel
 def softmax(logits: NDArray[np.float32]) -> None:
-    """Turn logits (g, k, n) of k choices into probabilities, in place."""
+    """Turn the logits of g gates with k choices each, (g, k, n), into probabilities, in place."""
     count = logits.shape[2]
     top, total = np.empty(count, np.float32), np.empty(count, np.float32)
     for g in range(logits.shape[0]):
@@ -74,19 +80,25 @@ def softmax(logits: NDArray[np.float32]) -> None:
 
 
 @kernel
-def add_densities(white: Single, constant: Single, log_density: Single) -> None:
-    """Compute logarithms of densities (k, n) from whitened outcomes (d * k, n).
+def write_log_densities(white: Single, constant: Single, log_density: Single) -> None:
+    """Compute the logarithms of the densities of k experts, constant - |white|^2 / 2.
 
-    Whitened outcomes, (x - mean) / factor, begin with the first components of all experts.
+    Parameters
+    ----------
+    white : (d k, n) float32
+        Whitened outcomes, factor^-1 (x - mean): the first outcome by all experts, then the second.
+    constant : (k,) float32
+    log_density : (k, n) float32
+        Output.
     """
     count = constant.size
     for k in range(count):
         out = log_density[k]
         out[:] = constant[k]
         for j in range(k, white.shape[0], count):
-            part = white[j]
+            group_part = white[j]
             for i in range(out.size):
-                out[i] -= _HALF * part[i] * part[i]
+                out[i] -= _HALF * group_part[i] * group_part[i]
 
 
 @kernel
@@ -98,14 +110,19 @@ def find_shares(
     Parameters
     ----------
     log_density : (k, n) float32
-        Overwritten with the shares: 0, or a normal number.
+        Overwritten with the shares. No share is subnormal.
     group, expert : (g, n) and (k, n) float32
         Probabilities of the groups, and of the experts given their group.
     by_group, by_expert : (g, n) and (k, n) float32
-        Output: gradients of the log-likelihood, which is returned, with respect to the logits.
+        Output: gradients of the log-likelihood with respect to the logits of both gates.
+
+    Returns
+    -------
+    float
+        Log-likelihood of all rebounds.
     """
     groups, (count, size) = group.shape[0], log_density.shape
-    each, likelihood = count // groups, 0.0
+    group_size, likelihood = count // groups, 0.0
     top, total = np.empty(size, np.float32), np.zeros(size, np.float32)
     top[:] = log_density[0]
     for k in range(1, count):
@@ -113,35 +130,35 @@ def find_shares(
         for i in range(size):
             top[i] = max(top[i], share[i])
     for g in range(groups):
-        part, of_group = by_group[g], group[g]
-        part[:] = _ZERO
-        for k in range(g * each, (g + 1) * each):
+        group_part, group_prior = by_group[g], group[g]
+        group_part[:] = _ZERO
+        for k in range(g * group_size, (g + 1) * group_size):
             share, prior = log_density[k], expert[k]
             for i in range(size):
                 value = exponential(share[i] - top[i], _LEAST_POWER) * prior[i]
-                share[i] = value if value > _LEAST else _ZERO
-                part[i] += share[i]
+                share[i] = value if value > _LEAST_SHARE else _ZERO
+                group_part[i] += share[i]
         for i in range(size):
-            part[i] *= of_group[i]
-            total[i] += part[i]
+            group_part[i] *= group_prior[i]
+            total[i] += group_part[i]
     for i in range(size):
-        total[i] = max(total[i], _LEAST_TOTAL)
+        total[i] = max(total[i], _LEAST_SUM)
         likelihood += top[i] + np.log(total[i])
         total[i] = _ONE / total[i]
     for g in range(groups):
-        part, of_group = by_group[g], group[g]
+        group_part, group_prior = by_group[g], group[g]
         for i in range(size):
-            value = part[i] * total[i]
-            part[i] = value if value > _LEAST else _ZERO
-            top[i] = of_group[i] * total[i]
-        for k in range(g * each, (g + 1) * each):
+            value = group_part[i] * total[i]
+            group_part[i] = value if value > _LEAST_SHARE else _ZERO
+            top[i] = group_prior[i] * total[i]
+        for k in range(g * group_size, (g + 1) * group_size):
             share, prior, out = log_density[k], expert[k], by_expert[k]
             for i in range(size):
                 value = share[i] * top[i]
-                share[i] = value if value > _LEAST else _ZERO
-                out[i] = value - part[i] * prior[i]
+                share[i] = value if value > _LEAST_SHARE else _ZERO
+                out[i] = value - group_part[i] * prior[i]
         for i in range(size):
-            part[i] -= of_group[i]
+            group_part[i] -= group_prior[i]
     return likelihood
 
 
@@ -149,117 +166,73 @@ def find_shares(
 def find_curvatures(
     share: Single, group: Single, expert: Single, by_group: Single, by_expert: Single
 ) -> None:
-    """Find diagonal second derivatives of minus the log-likelihood with respect to the logits.
+    """Find the curvatures of the gates in each rebound.
 
-    The parameters are those of `find_shares` after its call; ``by_group`` and ``by_expert`` are
-    overwritten.
+    They are G (1 - G) for a group and share_g E (1 - E) for an expert: minus the second derivatives
+    of the expected log-likelihood with respect to the logit itself.
+
+    Parameters
+    ----------
+    share, group, expert : (k, n), (g, n) and (k, n) float32
+        Arrays of `find_shares` after its call.
+    by_group, by_expert : (g, n) and (k, n) float32
+        The gradients of `find_shares`; overwritten with the curvatures.
     """
     groups, (count, size) = group.shape[0], share.shape
-    each = count // groups
+    group_size = count // groups
     for g in range(groups):
         for i in range(size):
             by_group[g, i] += group[g, i]
-        part = by_group[g]
-        for k in range(g * each, (g + 1) * each):
+        group_part = by_group[g]
+        for k in range(g * group_size, (g + 1) * group_size):
             for i in range(size):
-                by_expert[k, i] = part[i] * expert[k, i] * (_ONE - expert[k, i])
+                by_expert[k, i] = group_part[i] * expert[k, i] * (_ONE - expert[k, i])
         for i in range(size):
-            part[i] = group[g, i] * (_ONE - group[g, i])
-
-
-@operation
-def _add_tile(typingctx: Any, one: Any, other: Any, count: Any, a: Any, b: Any, sums: Any) -> Any:
-    """Write sums over rows of one[:, a : a + _TILE_A] times other[:, b : b + _TILE_B].
-
-    The arrays (count, .) are C-contiguous. Sums (., .) are written from [a, b] on.
-    """
-    signature = types.void(one, other, types.intp, types.intp, types.intp, sums)
-    vector = ir.VectorType(ir.FloatType(), _TILE_B)
-    lane = ir.IntType(32)
-
-    def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        views = [context.make_array(sig.args[k])(context, builder, args[k]) for k in (0, 1, 5)]
-        strides = [builder.extract_value(view.shape, 1) for view in views]
-        fma = builder.module.declare_intrinsic(
-            f"llvm.fma.v{_TILE_B}f32", fnty=ir.FunctionType(vector, [vector] * 3)
-        )
-        before = builder.basic_block
-        loop, after = (builder.append_basic_block(name) for name in ("rows", "after"))
-        empty = ir.Constant(vector, [0.0] * _TILE_B)
-        some = builder.icmp_signed(">", args[2], args[2].type(0))
-        builder.cbranch(some, loop, after)
-        builder.position_at_end(loop)
-        row = builder.phi(args[2].type)
-        totals = [builder.phi(vector) for _ in range(_TILE_A)]
-        first = builder.gep(views[0].data, [builder.add(builder.mul(row, strides[0]), args[3])])
-        second = builder.gep(views[1].data, [builder.add(builder.mul(row, strides[1]), args[4])])
-        right = builder.load(builder.bitcast(second, vector.as_pointer()), align=4)
-        ends = []
-        for k, total in enumerate(totals):
-            left = builder.load(builder.gep(first, [lane(k)]), align=4)
-            start = builder.insert_element(ir.Constant(vector, ir.Undefined), left, lane(0))
-            splat = builder.shuffle_vector(
-                start, start, ir.VectorType(lane, _TILE_B)([0] * _TILE_B)
-            )
-            ends.append(builder.call(fma, [splat, right, total]))
-        following = builder.add(row, row.type(1))
-        builder.cbranch(builder.icmp_signed("<", following, args[2]), loop, after)
-        row.add_incoming(row.type(0), before)
-        row.add_incoming(following, loop)
-        for total, end in zip(totals, ends, strict=True):
-            total.add_incoming(empty, before)
-            total.add_incoming(end, loop)
-        builder.position_at_end(after)
-        for k, end in enumerate(ends):
-            whole = builder.phi(vector)
-            whole.add_incoming(empty, before)
-            whole.add_incoming(end, loop)
-            ends[k] = whole
-        for k, whole in enumerate(ends):
-            place = builder.add(
-                builder.mul(builder.add(args[3], args[3].type(k)), strides[2]), args[4]
-            )
-            target = builder.bitcast(builder.gep(views[2].data, [place]), vector.as_pointer())
-            builder.store(whole, target, align=4)
-        return context.get_dummy_value()
-
-    return signature, generate
+            group_part[i] = group[g, i] * (_ONE - group[g, i])
 
 
 @kernel
 def add_products(
     weight: Single, vectors: Single, least: np.float32, products: NDArray[np.float64]
 ) -> None:
-    """Add sums of v_i v_j, i <= j, with each row of weights to products (k, d, d).
+    """Add weighted sums of the products v_i v_j, i <= j, for each row of weights.
 
-    Weights (k, n) below the least are left out; vectors are (n, d).
+    Parameters
+    ----------
+    weight : (k, n) float32
+    vectors : (n, d) float32
+    least : float32
+        Smaller weights are left out.
+    products : (k, d, d) float64
+        Increased in its upper triangles.
     """
     count, width = vectors.shape
-    # whole tiles, and vectors with zeros at their end
-    wide = -(-width // _TILE_B) * _TILE_B
-    padded = -(-width // _TILE_A) * _TILE_A
-    one = np.zeros((count, padded), dtype=np.float32)
-    other = np.zeros((count, wide), dtype=np.float32)
-    sums = np.empty((padded, wide), dtype=np.float32)
+    # the tiles are whole, so vectors get zeros at their end
+    left_width = -(-width // TILE_ROWS) * TILE_ROWS
+    right_width = -(-width // TILE_COLUMNS) * TILE_COLUMNS
+    left = np.zeros((count, left_width), dtype=np.float32)
+    right = np.zeros((count, right_width), dtype=np.float32)
+    sums = np.empty((left_width, right_width), dtype=np.float32)
     rows = np.empty(count, dtype=np.int32)
     for k in range(weight.shape[0]):
-        of_expert = weight[k]
-        some = 0
+        expert_weight = weight[k]
+        selected = 0
         for i in range(count):
-            rows[some] = i
-            some += of_expert[i] >= least
-        if some == 0:
+            rows[selected] = i
+            selected += expert_weight[i] >= least
+        if selected == 0:
             continue
-        for j in range(some):
+        for j in range(selected):
             i = rows[j]
-            w, vector = of_expert[i], vectors[i]
-            to_one, to_other = one[j], other[j]
+            w, vector = expert_weight[i], vectors[i]
+            left_row, right_row = left[j], right[j]
             for a in range(width):
-                to_one[a] = w * vector[a]
-                to_other[a] = vector[a]
-        for a in range(0, width, _TILE_A):
-            for b in range(a // _TILE_B * _TILE_B, width, _TILE_B):
-                _add_tile(one, other, some, a, b, sums)
+                left_row[a] = w * vector[a]
+                right_row[a] = vector[a]
+        for a in range(0, width, TILE_ROWS):
+            # tiles that lie below the diagonal are left out
+            for b in range(a // TILE_COLUMNS * TILE_COLUMNS, width, TILE_COLUMNS):
+                write_tile(left, right, selected, a, b, sums)
         out = products[k]
         for a in range(width):
             for b in range(a, width):

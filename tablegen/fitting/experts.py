@@ -1,14 +1,18 @@
-"""Mixture of experts fitted by expectation-maximisation.
+"""Fit a mixture of experts to rebounds by expectation-maximisation (EM).
 
-An expert is a linear regression of the outcomes' normal scores x on the features phi of a
-condition, with a covariance of its own:
+An expert is a linear regression of the normal scores x of outcomes on the features phi of a
+condition, with a covariance of its own. The experts are in groups:
 
-    p(x | phi) = sum_g G_g(phi) sum_s E_gs(phi) N(x; A_gs phi, C_gs),
+    p(x | phi) = sum_g G_g(phi) sum_s E_gs(phi) N(x; A_gs phi, C_gs).
 
-where G and E, the gates, are softmax functions of linear logits. Regressions and covariances follow
-from sums of products, weighted by the shares of an expert in the rebounds. The gates take a damped
-Newton step in each iteration. Each gate has its own block of second derivatives, which are computed
-again every few iterations.
+The gates G and E are softmax functions of linear logits: G is the probability of a group, and E
+that of an expert in its group (Jordan and Jacobs, Neural Computation 6 (1994) 181-214). A draw
+evaluates the logits of the groups and of the experts of one group, not those of all experts.
+
+In each iteration the regressions and covariances follow from sums of products over rebounds,
+weighted by the share of the expert in each rebound (`tablegen.fitting.expectation`). The gates take
+a damped Newton step. The second derivatives are those of each gate alone, and are computed again
+every few iterations. EXPERIMENTS.md ("Time of a fit") has the measurements behind the constants.
 """
 
 import math
@@ -21,59 +25,68 @@ from numpy.typing import NDArray
 
 from tablegen.fitting.expectation import (
     Single,
-    add_densities,
     add_products,
     find_curvatures,
     find_shares,
     softmax,
+    write_log_densities,
 )
 from tablegen.model.float_array import FloatArray
 
 #: Rows of a block: its shares fit into the cache.
 _BLOCK = 512
 
-#: Smaller shares of an expert in a rebound, and smaller curvatures, are left out of sums.
+#: Smaller shares of an expert in a rebound are left out of sums, and so are smaller curvatures.
 _LEAST_SHARE, _LEAST_CURVATURE = np.float32(1e-3), np.float32(1e-4)
 
-#: Part of the rebounds in the first iterations, and part of those in second derivatives.
-_FIRST_PART, _CURVATURE_PART = 0.25, 0.25
+#: Share of the rebounds in first iterations, and share of these again in second derivatives.
+_FIRST_SHARE, _CURVATURE_SHARE = 0.25, 0.25
 
-#: Iterations on part of the rebounds, on all of them, and between second derivatives.
-_FIRST, _LAST, _CURVATURES_EVERY = 10, 3, 3
+#: Iterations on a share of the rebounds, and iterations on all of them. Second derivatives are
+#: computed again after each _CURVATURES_EVERY iterations.
+_FIRST_ITERATIONS, _LAST_ITERATIONS, _CURVATURES_EVERY = 10, 3, 3
 
-#: Last iterations in which gates stay, so that no step can lose likelihood unseen.
-_SETTLED = 1
+#: Last iterations in which the gates do not move: no later iteration would notice if a step lost
+#: likelihood.
+_ITERATIONS_WITH_FIXED_GATES = 1
 
-#: Regularisation. The diagonal of the normal equations grows by _PULL for each rebound and by
-#: _PULL_ROWS in all. Each covariance gets _PRIOR_ROWS rebounds of variance _PRIOR_VARIANCE, and
-#: each variance gets _RIDGE.
+#: Regularisation. The diagonal of the normal equations of an expert grows by _PULL for each rebound
+#: and by _PULL_ROWS once. Its covariance gets _PRIOR_ROWS more rebounds of variance
+#: _PRIOR_VARIANCE, and each variance grows by _RIDGE.
 _PULL, _PULL_ROWS = 1e-3, 3.0
 _PRIOR_ROWS, _PRIOR_VARIANCE, _RIDGE = 0.5, 0.05, 1e-4
 
-#: Damping of a Newton step until one loses likelihood, its largest component, and the pull of
-#: logits to zero.
-_STEP, _LONGEST, _LOGIT_PULL = 0.7, 2.0, 1e-2
+#: Factor of a Newton step, which is halved when a step loses likelihood; the largest change of a
+#: coefficient before this factor; and the pull of coefficients to zero.
+_FIRST_DAMPING, _LARGEST_STEP, _LOGIT_PULL = 0.7, 2.0, 1e-2
 
-#: Rows and iterations of the clusters with which a fit begins.
+#: Rebounds and iterations of the search for the clusters with which experts begin.
 _CLUSTER_ROWS, _CLUSTER_ITERATIONS = 30_000, 6
 
 
 class Weight(NamedTuple):
-    """Quadratic forms by which errors of the coefficients of each gate and mean count."""
+    """Quadratic forms of the errors of coefficients: what an error costs in log-likelihood."""
 
-    group: FloatArray  # (g, f, f)
-    gate: FloatArray  # (k, f, f)
-    mean: FloatArray  # (k, f, f)
+    #: (g, f, f): coefficients of the gate of each group.
+    group: FloatArray
+    #: (k, f, f): coefficients of the gate of each expert.
+    gate: FloatArray
+    #: (k, f, f): coefficients of the mean of each expert.
+    mean: FloatArray
 
 
 @dataclass
 class Experts:
-    """Experts of g groups, k in all, of o outcomes on f features; factors are lower triangular."""
+    """Mixture of k experts in g groups, for o outcomes and f features."""
 
-    group_gate: FloatArray  # (g, f)
-    gate: FloatArray  # (k, f)
-    mean: FloatArray  # (k, o, f)
-    factor: FloatArray  # (k, o, o)
+    #: (g, f): coefficients of the logits of groups.
+    group_gate: FloatArray
+    #: (k, f): coefficients of the logits of experts in their groups.
+    gate: FloatArray
+    #: (k, o, f): coefficients of means.
+    mean: FloatArray
+    #: (k, o, o): lower triangular factors of covariances.
+    factor: FloatArray
     weight: Weight
 
     @property
@@ -84,16 +97,19 @@ class Experts:
 
 @dataclass
 class Sums:
-    """Sums over rebounds: products by expert, gradients of both gates, and log-likelihood."""
+    """Sums over rebounds."""
 
+    #: (k, f + o, f + o): products of features and scores, weighted by the shares of each expert.
     products: FloatArray
+    #: (g, f) and (k, f): gradients of the log-likelihood with respect to both gates.
     by_group: FloatArray
     by_expert: FloatArray
+    #: Log-likelihood.
     likelihood: float = 0.0
 
 
 class _Block(NamedTuple):
-    """Rebounds of a block: shares, probabilities and gradients, (g, n) or (k, n)."""
+    """Rebounds of a block, with the arrays of `find_shares`, (g, n) or (k, n)."""
 
     vectors: Single
     features: Single
@@ -113,41 +129,58 @@ def fit_experts(
     experts: int,
     rng: np.random.Generator,
 ) -> tuple[Experts, float]:
-    """Fit a mixture of experts to features phi (n, f) and scores (n, o), in random order.
+    """Fit a mixture of experts to rebounds in random order.
 
-    The first feature is 1. Experts, the same number in each group, begin as random clusters of
-    inputs (n, m) and scores. Also returns the mean log-likelihood before the last step.
+    Parameters
+    ----------
+    phi : (n, f) float64 or float32
+        Features; the first one is 1.
+    inputs : (n, m) float64
+        Standardised inputs. The experts begin as clusters of inputs and scores together.
+    scores : (n, o) float64
+        Normal scores of the outcomes.
+    groups, experts : int
+        Number of groups, and of experts in each group.
+    rng : numpy.random.Generator
+        Chooses the points at which clusters begin.
+
+    Returns
+    -------
+    fitted : Experts
+    likelihood : float
+        Mean log-likelihood before the last step.
     """
     vectors, points = (
         np.concatenate([columns, scores], axis=1, dtype=np.float32) for columns in (phi, inputs)
     )
-    fitted = _start(vectors, points, (groups, experts, scores.shape[1]), rng)
-    part = vectors[: max(math.ceil(_FIRST_PART * len(phi)), min(len(phi), 1000))]
-    likelihood, damping = -math.inf, _STEP
+    fitted = _initial_experts(vectors, points, (groups, experts, scores.shape[1]), rng)
+    part = vectors[: max(math.ceil(_FIRST_SHARE * len(phi)), min(len(phi), 1000))]
+    likelihood, damping = -math.inf, _FIRST_DAMPING
     best: tuple[Experts, Sums] | None = None
-    for number in range(_FIRST + _LAST):
-        rows = part if number < _FIRST else vectors
+    for number in range(_FIRST_ITERATIONS + _LAST_ITERATIONS):
+        rows = part if number < _FIRST_ITERATIONS else vectors
         sums = expectation(fitted, rows)
-        if best and number != _FIRST and sums.likelihood < likelihood * len(rows):
-            # the step of the gates was too long: go back, and take half of it
+        if best and number != _FIRST_ITERATIONS and sums.likelihood < likelihood * len(rows):
+            # The last step of the gates was too long: go back to the state before it, and take a
+            # step that is half as long.
             damping *= 0.5
             fitted, sums = replace(best[0]), best[1]
         else:
             likelihood, best = sums.likelihood / len(rows), (replace(fitted), sums)
-        if number % _CURVATURES_EVERY == 0 or number == _FIRST:
-            few = rows[: math.ceil(_CURVATURE_PART * len(rows))]
-            fitted.weight = _curvatures(fitted, few, len(rows) / len(few))
+        if number % _CURVATURES_EVERY == 0 or number == _FIRST_ITERATIONS:
+            sampled = rows[: math.ceil(_CURVATURE_SHARE * len(rows))]
+            fitted.weight = _curvatures(fitted, sampled, len(rows) / len(sampled))
         _regress(fitted, sums.products)
-        if number < _FIRST + _LAST - _SETTLED:
+        if number < _FIRST_ITERATIONS + _LAST_ITERATIONS - _ITERATIONS_WITH_FIXED_GATES:
             _move_gates(fitted, sums, len(rows), damping)
     return fitted, likelihood
 
 
 def _clusters(points: Single, count: int, rng: np.random.Generator) -> Single:
-    """Centres of clusters, (count, d), by Lloyd's algorithm."""
+    """Find the centres of clusters, (count, d), by Lloyd's algorithm."""
     centres = points[rng.choice(len(points), count, replace=len(points) < count)].copy()
     for _ in range(_CLUSTER_ITERATIONS):
-        labels = _nearest(points, centres)
+        labels = _nearest_centres(points, centres)
         sizes = np.bincount(labels, minlength=count)
         for k in range(points.shape[1]):
             sums = np.bincount(labels, points[:, k], minlength=count)
@@ -155,15 +188,15 @@ def _clusters(points: Single, count: int, rng: np.random.Generator) -> Single:
     return centres
 
 
-def _nearest(points: Single, centres: Single) -> NDArray[np.int64]:
-    """Find the nearest centre to each point."""
+def _nearest_centres(points: Single, centres: Single) -> NDArray[np.int64]:
+    """Find the number of the centre that is nearest to each point, (n,)."""
     squares = np.sum(centres * centres, axis=1)
     blocks = (points[rows] for rows in _slices(points, 8 * _BLOCK))
     return np.concatenate([np.argmin(squares - 2.0 * (b @ centres.T), axis=1) for b in blocks])
 
 
-def _in_groups(centres: Single, groups: int) -> NDArray[np.int64]:
-    """Order of centres that puts near ones into the same of equally large groups."""
+def _order_by_group(centres: Single, groups: int) -> NDArray[np.int64]:
+    """Order centres, so that those of each of equally large groups are near each other."""
     order = np.arange(len(centres))[None]
     while len(order) < groups:
         factor = next(d for d in range(2, groups + 1) if (groups // len(order)) % d == 0)
@@ -175,18 +208,18 @@ def _in_groups(centres: Single, groups: int) -> NDArray[np.int64]:
     return order.ravel()
 
 
-def _start(
+def _initial_experts(
     vectors: Single, points: Single, sizes: tuple[int, int, int], rng: np.random.Generator
 ) -> Experts:
-    """Experts fitted to clusters of conditions and outcomes together."""
+    """Make one expert for each cluster of conditions and outcomes."""
     groups, experts, outcomes = sizes
     count, width = groups * experts, vectors.shape[1]
     features = width - outcomes
     centres = _clusters(points[:_CLUSTER_ROWS], count, rng)
-    centres = centres[_in_groups(centres, groups)]
+    centres = centres[_order_by_group(centres, groups)]
     products = np.zeros((count, width, width))
     for rows in _slices(vectors, 8 * _BLOCK):
-        labels = _nearest(points[rows], centres)
+        labels = _nearest_centres(points[rows], centres)
         share = (labels == np.arange(count)[:, None]).astype(np.float32)
         add_products(share, vectors[rows], np.float32(0.5), products)
     mass = products[:, 0, 0]
@@ -208,10 +241,10 @@ def _slices(rows: Single, size: int = _BLOCK) -> list[slice]:
 
 def _blocks(fitted: Experts, vectors: Single) -> Iterator[_Block]:
     """Find the shares of the experts in rebounds, block by block."""
-    # matrix from vectors to whitened outcomes, and constants of the log-densities
+    # the matrix maps vectors of features and scores to factor^-1 (x - mean) of all experts
     inverse = np.linalg.inv(fitted.factor)
-    both = np.concatenate([-inverse @ fitted.mean, inverse], axis=2)
-    matrix = both.transpose(1, 0, 2).reshape(-1, both.shape[2])
+    linear = np.concatenate([-inverse @ fitted.mean, inverse], axis=2)
+    matrix = linear.transpose(1, 0, 2).reshape(-1, linear.shape[2])
     white = np.ascontiguousarray(matrix, dtype=np.float32)
     diagonal = np.einsum("kii->ki", fitted.factor)
     constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * fitted.outcomes * math.log(2.0 * math.pi)
@@ -225,13 +258,13 @@ def _blocks(fitted: Experts, vectors: Single) -> Iterator[_Block]:
         softmax(group[None])
         softmax(expert.reshape(groups, -1, len(phi)))
         share, by_group, by_expert = (np.empty_like(x) for x in (expert, group, expert))
-        add_densities(white @ block.T, constant, share)
+        write_log_densities(white @ block.T, constant, share)
         likelihood = find_shares(share, group, expert, by_group, by_expert)
         yield _Block(block, phi, share, group, expert, by_group, by_expert, likelihood)
 
 
 def expectation(fitted: Experts, vectors: Single) -> Sums:
-    """Take the expectation step over vectors (n, f + o) of features and scores."""
+    """Take the expectation step over vectors of features and scores, (n, f + o)."""
     width = vectors.shape[1]
     sums = Sums(
         np.zeros((len(fitted.gate), width, width)),
@@ -247,25 +280,28 @@ def expectation(fitted: Experts, vectors: Single) -> Sums:
 
 
 def _curvatures(fitted: Experts, vectors: Single, scale: float) -> Weight:
-    """Sum the second derivatives of both gates, times ``scale``; the weight of means stays."""
+    """Sum the curvatures of both gates over rebounds, and multiply them by ``scale``.
+
+    The weight of the means stays.
+    """
     features = fitted.gate.shape[1]
-    of_groups = np.zeros((len(fitted.group_gate), features, features))
-    of_experts = np.zeros((len(fitted.gate), features, features))
+    group_sums = np.zeros((len(fitted.group_gate), features, features))
+    expert_sums = np.zeros((len(fitted.gate), features, features))
     for block in _blocks(fitted, vectors):
         find_curvatures(block.share, block.group, block.expert, block.by_group, block.by_expert)
-        add_products(block.by_group, block.features, _LEAST_CURVATURE, of_groups)
-        add_products(block.by_expert, block.features, _LEAST_CURVATURE, of_experts)
-    group, gate = (_symmetric(part * scale) for part in (of_groups, of_experts))
+        add_products(block.by_group, block.features, _LEAST_CURVATURE, group_sums)
+        add_products(block.by_expert, block.features, _LEAST_CURVATURE, expert_sums)
+    group, gate = (_symmetric(part * scale) for part in (group_sums, expert_sums))
     return Weight(group, gate, fitted.weight.mean)
 
 
 def _symmetric(upper: FloatArray) -> FloatArray:
-    """Symmetric matrices from their upper triangles; nothing is below those."""
+    """Complete symmetric matrices from their upper triangles; the lower ones are zero before."""
     return upper + np.triu(upper, 1).transpose(0, 2, 1)
 
 
 def _regress(fitted: Experts, products: FloatArray) -> None:
-    """Set regressions and covariances that maximise the expected likelihood."""
+    """Set the regressions and covariances that maximise the expected likelihood."""
     features = fitted.gate.shape[1]
     outcomes = fitted.outcomes
     moments = _symmetric(products)
@@ -275,10 +311,12 @@ def _regress(fitted: Experts, products: FloatArray) -> None:
     pull[0, 0] = 0.0
     pulled = inputs + (_PULL * mass + _PULL_ROWS)[:, None, None] * pull + 1e-6 * np.eye(features)
     mean = np.linalg.solve(pulled, cross.transpose(0, 2, 1)).transpose(0, 2, 1)
-    rest = moments[:, features:, features:] - mean @ cross.transpose(0, 2, 1)
-    rest += mean @ inputs @ mean.transpose(0, 2, 1) - cross @ mean.transpose(0, 2, 1)
+    residual = moments[:, features:, features:] - mean @ cross.transpose(0, 2, 1)
+    residual += mean @ inputs @ mean.transpose(0, 2, 1) - cross @ mean.transpose(0, 2, 1)
     prior = _PRIOR_ROWS * _PRIOR_VARIANCE * np.eye(outcomes)
-    covariance = (rest + prior) / (mass + _PRIOR_ROWS)[:, None, None] + _RIDGE * np.eye(outcomes)
+    covariance = (residual + prior) / (mass + _PRIOR_ROWS)[:, None, None] + _RIDGE * np.eye(
+        outcomes
+    )
     symmetric = 0.5 * (covariance + covariance.transpose(0, 2, 1))
     fitted.weight = fitted.weight._replace(mean=pulled)
     fitted.mean = np.asarray(mean, dtype=np.float64)
@@ -286,21 +324,21 @@ def _regress(fitted: Experts, products: FloatArray) -> None:
 
 
 def _move_gates(fitted: Experts, sums: Sums, rows: int, damping: float) -> None:
-    """Take a step of both gates; the logits of each softmax keep a mean of zero."""
+    """Move both gates by a step; the mean of the logits of each softmax stays zero."""
     groups, count = len(fitted.group_gate), len(fitted.gate)
-    top = _stepped(fitted.group_gate, sums.by_group, fitted.weight.group, rows, damping)
+    top = _newton_step(fitted.group_gate, sums.by_group, fitted.weight.group, rows, damping)
     fitted.group_gate = np.subtract(top, top.mean(axis=0))
-    moved = _stepped(fitted.gate, sums.by_expert, fitted.weight.gate, rows, damping)
+    moved = _newton_step(fitted.gate, sums.by_expert, fitted.weight.gate, rows, damping)
     parts = moved.reshape(groups, count // groups, -1)
     fitted.gate = np.subtract(parts, parts.mean(axis=1, keepdims=True)).reshape(count, -1)
 
 
-def _stepped(
+def _newton_step(
     gate: FloatArray, gradient: FloatArray, curvature: FloatArray, rows: int, damping: float
 ) -> FloatArray:
-    """Gate after a damped Newton step."""
+    """Take a damped Newton step of the coefficients of a gate."""
     floor = max(1e-4 * rows / len(gate), 1.0)
     matrix = curvature + floor * np.eye(gate.shape[1])
     pulled = gradient - _LOGIT_PULL * gate
     step = np.linalg.solve(matrix, pulled[:, :, None])[:, :, 0]
-    return gate + damping * np.clip(step, -_LONGEST, _LONGEST)
+    return gate + damping * np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)

@@ -1,19 +1,27 @@
-"""Conditions to which the spin law is fitted: impacts that occur, those beside them, the others.
+"""Draw the conditions of impacts to which the spin law is fitted.
 
-A condition is complete: angle, speed, spin, the inertia about it and the grain decide the law of a
-rebound, whatever happened to the grain before. So conditions may be spread as flows need them.
+Angle, speed, spin, the inertia about the spin and the grain decide the law of a rebound, whatever
+happened to the grain before. So the conditions of the fit need no history, and can be dense where
+flows have many impacts. There are three kinds:
 
-- Impacts that occur are those of long chains of hits, on the inside of a cylinder and on walls of
-  any direction, whose speed is set back after each hit. Grains that settle into rolling do so
-  within a few hundredths of a spin; which spins these are, depends on the pair and on the grain,
-  and only chains find them. Half of these impacts are early ones.
-- Their neighbours have other angles and spins of other sizes, as a gas leaves grains.
-- All others are spread over the whole range.
+- *Impacts of chains.* A grain hits one wall after another, on the inside of a cylinder or on walls
+  of any direction, and gets its speed back after each hit. In such chains grains settle into
+  rolling, with spins that differ by a few hundredths. These spins depend on the pair and on the
+  grain, and only chains find them. Half of the impacts come from the first hits of short chains,
+  and half from long ones.
+- *Neighbours* of impacts of chains, with other angles and other sizes of the spin, because the gas
+  turns and slows grains between two walls.
+- *Spread impacts*, over the whole range of the law.
+
+``tablegen/fitting/EXPERIMENTS.md`` compares fits with and without chains.
+
+Units: angles in rad; speeds V in m/s; spins in V/a; inertias over m a^2. The effective speed V_e is
+the speed whose translational energy is the whole energy of a grain, V_e = V sqrt(1 + k |s|^2).
 """
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
@@ -24,9 +32,9 @@ from tablegen.config.population import FixedAspect, Population
 from tablegen.fitting.spin_coordinates import (
     SPIN_RANGE,
     Moments,
-    inertia_at,
-    kappa_at,
-    kappa_of,
+    inertia_from_kappa,
+    kappa_from_inertia,
+    kappa_from_place,
 )
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import inertia
@@ -41,53 +49,60 @@ from tablegen.simulation.impact_chains import (
     possible,
 )
 
-#: Angles [degrees] that a spin law covers, whatever a scene's first impacts are: grains leave a
-#: wall at any angle, and meet the next one so.
+#: Angles [degrees] that a spin law covers, whatever the angles of first impacts are: grains leave a
+#: wall at any angle, and meet the next wall at any angle.
 LAW_ALPHA_DEG = (0.05, 90.0)
 
-#: Largest V_e over the largest speed V. A particle with more is drawn at this V_e, and counted: few
-#: have a spin of 2.7 V/a and more at the largest speed.
+#: Largest V_e over the largest speed V. A draw for a grain with a larger V_e uses this one, and is
+#: counted. Few grains have such a spin, of 2.7 V/a or more at the largest speed.
 FASTEST = 2.0
 
-#: Shares of the impacts that occur, half of them early ones, and of their neighbours.
-_OCCUR, _NEIGHBOURS = 0.45, 0.2
+#: Shares of the impacts of chains and of their neighbours; the other impacts are spread.
+_CHAIN_SHARE, _NEIGHBOUR_SHARE = 0.45, 0.2
 
-#: Hits of early chains and of long ones, and the share of chains between walls of any direction.
-_EARLY, _LONG, _ANY = 5, 40, 0.4
+#: Hits of a short chain and of a long one, and the share of chains between walls of any direction.
+_SHORT_CHAIN, _LONG_CHAIN, _ANY_WALL_SHARE = 5, 40, 0.4
 
-#: Neighbours: standard deviations of the logarithms of spin and angle, of the spin's components
-#: over its size, and of kappa; a third of the spins is scaled down by up to _SLOWED.
-_SPIN, _ANGLE, _TURN, _KAPPA, _SLOWED = 0.4, 0.5, 0.1, 0.05, 1e-3
+#: Standard deviations of the changes from an impact to its neighbour: of the logarithm of the size
+#: of the spin and of the angle, of the three numbers of the spin over its size, and of kappa.
+_SIZE_DEVIATION, _ANGLE_DEVIATION = 0.4, 0.5
+_DIRECTION_DEVIATION, _KAPPA_DEVIATION = 0.1, 0.05
+#: A third of the neighbours has a spin that is scaled down, at most by this factor.
+_SLOWEST = 1e-3
 
-#: Spread impacts: sizes of slow spins, of most and of fast ones, and the shares of the first two.
-_SLOW, _MOST, _FAST, _SHARES = (1e-3, 0.1), (0.02, 2.0), (1.0, SPIN_RANGE[1]), (0.15, 0.65)
+#: Sizes [V/a] of slow, usual and fast spins of spread impacts, and shares of the first two.
+_SLOW_SPINS, _USUAL_SPINS, _FAST_SPINS = (1e-3, 0.1), (0.02, 2.0), (1.0, SPIN_RANGE[1])
+_SPIN_SHARES = (0.15, 0.65)
 
-#: Shares of the impacts without spin that are crowded at the steepest angle.
-_STEEP = 0.33
+#: Share of the impacts without spin that are crowded at the steepest angle.
+_STEEP_SHARE = 0.33
 
-#: Share of the grains whose ratios are spread evenly, so that the law serves other populations, and
-#: the standard deviations to either side of the mean that they cover: a fixed ratio stays fixed.
-_EVEN, _DEVIATIONS = 0.5, 4.0
+#: Share of the grains whose ratios are uniform, so that the law serves other populations. Uniform
+#: ratios lie within this number of standard deviations of the mean, so a fixed ratio stays fixed.
+_EVEN_SHARE, _DEVIATIONS = 0.5, 4.0
 
 
-class Range(NamedTuple):
-    """Impacts that are covered: angles [rad], speeds V and effective speeds V_e [m/s]."""
+class LawRange(NamedTuple):
+    """Range of impacts that a spin law covers."""
 
+    #: Least and largest angle [rad].
     alpha: tuple[float, float]
+    #: Least and largest speed V [m/s].
     speed: tuple[float, float]
+    #: Least and largest effective speed V_e [m/s].
     effective: tuple[float, float]
 
-    @classmethod
-    def of(cls, config: Config) -> Self:
-        """Find the range that the spin law of a configuration covers."""
-        first, last = min(config.domain.alpha_deg[0], LAW_ALPHA_DEG[0]), LAW_ALPHA_DEG[1]
-        low, high = config.speeds
-        alpha = math.radians(first), min(math.radians(last), math.pi / 2.0)
-        return cls(alpha, (low, high), (low, FASTEST * high))
+
+def covered_range(config: Config) -> LawRange:
+    """Find the range of impacts that the spin law of a configuration covers."""
+    first, last = min(config.domain.alpha_deg[0], LAW_ALPHA_DEG[0]), LAW_ALPHA_DEG[1]
+    low, high = config.speeds
+    alpha = math.radians(first), min(math.radians(last), math.pi / 2.0)
+    return LawRange(alpha, (low, high), (low, FASTEST * high))
 
 
 def ratio_range(population: Population, shape_code: int) -> FloatArray:
-    """Find the range of b/a and of c/b of the grains of a shape or mesh, (2, 2)."""
+    """Find the least and the largest b/a and c/b of the grains of a shape or mesh, (2, 2)."""
     if shape_code >= FIRST_MESH:
         b, c = population.kernel_arguments().meshes.sizes[shape_code - FIRST_MESH, :2]
         return np.array([[b, b], [c / b, c / b]])
@@ -100,10 +115,10 @@ def ratio_range(population: Population, shape_code: int) -> FloatArray:
 
 
 def inertia_coefficients(population: Population, shape_code: int) -> tuple[float, float]:
-    """Find g_1 and g_3 of the grains of a shape or mesh.
+    """Find the coefficients g_1 and g_3 of the moments of inertia of a shape or mesh.
 
-    With the ratios beta = b/a and gamma = c/b their largest moment of inertia is
-    g_1 (1 + beta^2) m a^2, and their smallest g_3 beta^2 (1 + gamma^2) m a^2.
+    A grain with the ratios beta = b/a and gamma = c/b has the largest moment of inertia
+    g_1 (1 + beta^2) m a^2, and the smallest one g_3 beta^2 (1 + gamma^2) m a^2.
     """
     if shape_code < FIRST_MESH:
         largest = float(inertia(shape_code, 1.0, 1.0, population.truncation)[2])
@@ -114,15 +129,15 @@ def inertia_coefficients(population: Population, shape_code: int) -> tuple[float
     return float(moments.max() / (1.0 + b * b)), float(moments.min() / (b * b + c * c))
 
 
-def moments_of(population: Population, shape_code: int, ratios: FloatArray) -> Moments:
-    """Compute the moments of inertia of grains of a shape or mesh with ratios (n, 2)."""
+def grain_moments(population: Population, shape_code: int, ratios: FloatArray) -> Moments:
+    """Compute the moments of inertia of grains of a shape or mesh from their ratios (n, 2)."""
     first, third = inertia_coefficients(population, shape_code)
     beta, gamma = np.square(ratios).T
     return Moments(first * (1.0 + beta), third * beta * (1.0 + gamma))
 
 
 def least_inertia(population: Population) -> float:
-    """Find the smallest principal moment of inertia over m a^2 of any grain of a population."""
+    """Find the smallest moment of inertia that a grain of a population may have, over m a^2."""
     moments = []
     for code in population.kernel_arguments().shape_codes:
         (b, _), (c, _) = ratio_range(population, int(code))
@@ -133,12 +148,13 @@ def least_inertia(population: Population) -> float:
 def draw_ratios(
     population: Population, shape_code: int, count: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Draw b/a and c/b of grains of a shape, (count, 2).
+    """Draw b/a and c/b of grains of a shape or mesh, (count, 2).
 
-    Half follow the law of the population, and half are uniform where it has grains.
+    Half of the grains follow the law of the population. The ratios of the others are uniform over
+    the range that the population has.
     """
     low, high = ratio_range(population, shape_code).T
-    lawful = rng.random(count) >= _EVEN
+    lawful = rng.random(count) >= _EVEN_SHARE
     if not (low < high).any():
         return rng.uniform(low, high, (count, 2))
     mean, deviation, least, most = population.kernel_arguments().aspect.T
@@ -150,16 +166,16 @@ def draw_ratios(
     return ratios
 
 
-def grains_of(
+def draw_grains(
     population: Population, shape_code: int, count: int, rng: np.random.Generator
 ) -> FloatArray:
-    """Draw grains of a shape, (count, 3)."""
+    """Draw grains of a shape or mesh: shape code, b/a and c/b, (count, 3)."""
     ratios = draw_ratios(population, shape_code, count, rng)
     return np.column_stack([np.full(count, float(shape_code)), ratios])
 
 
-def _speeds(low: float, high: float, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw speeds; half are uniform, half are uniform in the logarithm."""
+def _draw_speeds(low: float, high: float, count: int, rng: np.random.Generator) -> FloatArray:
+    """Draw speeds: half are uniform, and half are uniform in the logarithm."""
     logarithmic = _log_uniform((low, high), count, rng)
     return np.where(rng.random(count) < 0.5, logarithmic, rng.uniform(low, high, count))
 
@@ -169,65 +185,82 @@ def _log_uniform(ends: tuple[float, float], count: int, rng: np.random.Generator
     return np.exp(rng.uniform(math.log(ends[0]), math.log(ends[1]), count))
 
 
-def _angles(domain: Range, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw angles, uniform in their square root, in their cube root, and uniform."""
+def _draw_angles(domain: LawRange, count: int, rng: np.random.Generator) -> FloatArray:
+    """Draw angles [rad]: some are uniform, some uniform in the square root or the cube root."""
     low, high = domain.alpha
     power = rng.choice([1.0, 2.0, 3.0], count, p=[0.4, 0.4, 0.2])
     root = rng.uniform(low ** (1.0 / power), high ** (1.0 / power))
     return np.clip(root**power, low, high)
 
 
-def nonspinning_impacts(domain: Range, grains: FloatArray, rng: np.random.Generator) -> Impacts:
-    """Draw impacts without spin of some grains (n, 3).
+def nonspinning_impacts(domain: LawRange, grains: FloatArray, rng: np.random.Generator) -> Impacts:
+    """Draw impacts without spin of grains (n, 3).
 
-    Some are crowded at the steepest angle, where the law changes most within a degree.
+    A third of the angles is crowded at the steepest one, where the law changes most within a
+    degree.
     """
     n = len(grains)
-    alpha, steep = _angles(domain, n, rng), rng.random(n) < _STEEP
+    alpha, steep = _draw_angles(domain, n, rng), rng.random(n) < _STEEP_SHARE
     low, high = domain.alpha
     alpha[steep] = high - (high - low) * rng.random(int(steep.sum())) ** 2
     return first_impacts(
-        alpha, _speeds(*domain.speed, n, rng), grains, np.arange(n, dtype=np.uint64)
+        alpha, _draw_speeds(*domain.speed, n, rng), grains, np.arange(n, dtype=np.uint64)
     )
 
 
 def chain_impacts(
     model: DirectModel,
-    domain: Range,
+    domain: LawRange,
     grains: FloatArray,
     hits: int,
     seed: Callable[[int], int],
     rng: np.random.Generator,
 ) -> tuple[Impacts, FloatArray]:
-    """Simulate chains of hits of grains (m, 3).
+    """Simulate chains of hits of grains.
 
-    ``seed`` gives that of each hit. Returns the second to the last impacts of all chains, and the
-    inertias after the first hit, (m,).
+    Parameters
+    ----------
+    model : DirectModel
+    domain : LawRange
+        Impacts outside this range are moved to its ends.
+    grains : (m, 3) float64
+    hits : int
+        Hits of each grain.
+    seed : callable
+        Gives the seed of each hit from its number.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    impacts : Impacts
+        All impacts but the first one of each chain, hit after hit.
+    inertia : (m,) float64
+        Inertia of each grain after its first hit; 0 if it does not spin.
     """
     count, (least, _) = len(grains), domain.alpha
     impacts = nonspinning_impacts(domain, grains, rng)
-    # half of the chains keep their speed V, and half their V_e
-    speed, keeps = impacts.speed, rng.random(count) < 0.5
-    any_wall = rng.random(count) < _ANY
-    after_first, met = np.zeros(count), []
+    # after each hit, half of the grains get their first V back, and the others their first V_e
+    speed, keeps_speed = impacts.speed, rng.random(count) < 0.5
+    any_wall = rng.random(count) < _ANY_WALL_SHARE
+    inertia_after_first, impacts_by_hit = np.zeros(count), []
     for hit in range(1, hits):
         departures = depart(model, impacts, seed(hit), threads=1)
         if hit == 1:
-            after_first = departures.inertia
+            inertia_after_first = departures.inertia
         impacts = next_impacts(departures, any_wall, rng.random((count, 2)))
         alpha = np.maximum(impacts.alpha1, least)
         factor = energy_factor(impacts.spin, impacts.inertia)
-        effective = speed * np.where(keeps, factor, 1.0)
+        effective = speed * np.where(keeps_speed, factor, 1.0)
         impacts = impacts._replace(alpha1=alpha)
         impacts = _at_speed(impacts, impacts.spin, impacts.inertia, effective, domain)
-        met.append(impacts)
-    return joined_impacts(met), after_first
+        impacts_by_hit.append(impacts)
+    return joined_impacts(impacts_by_hit), inertia_after_first
 
 
 def _at_speed(
-    impacts: Impacts, spin: FloatArray, inertia: FloatArray, effective: FloatArray, domain: Range
+    impacts: Impacts, spin: FloatArray, inertia: FloatArray, effective: FloatArray, domain: LawRange
 ) -> Impacts:
-    """Give impacts some spins and effective speeds, as far as the law has them."""
+    """Give impacts other spins, inertias and effective speeds, within the range of the law."""
     size = np.linalg.norm(spin, axis=1)
     spin = spin * np.minimum(1.0, SPIN_RANGE[1] / np.maximum(size, 1e-300))[:, None]
     factor = energy_factor(spin, inertia)
@@ -235,98 +268,111 @@ def _at_speed(
     return possible(impacts._replace(spin=spin, inertia=inertia, speed=speed))
 
 
-def neighbours(
-    impacts: Impacts, domain: Range, moments: Moments, rng: np.random.Generator
+def neighbouring_impacts(
+    impacts: Impacts, domain: LawRange, moments: Moments, rng: np.random.Generator
 ) -> Impacts:
-    """Change impacts a little, and the sizes of their spins by more, as a gas does."""
+    """Change the angles, spins and inertias of impacts, as a gas might; draw speeds anew."""
     n, (least, most) = len(impacts.index), domain.alpha
     size = np.linalg.norm(impacts.spin, axis=1)[:, None]
-    slower = np.where(rng.random(n) < 1.0 / 3.0, _log_uniform((_SLOWED, 1.0), n, rng), 1.0)
-    spin = impacts.spin + _TURN * size * rng.standard_normal((n, 3))
-    spin *= (slower * np.exp(_SPIN * rng.standard_normal(n)))[:, None]
-    alpha = np.clip(impacts.alpha1 * np.exp(_ANGLE * rng.standard_normal(n)), least, most)
-    kappa = kappa_of(impacts.inertia, moments) + _KAPPA * rng.standard_normal(n)
-    inertia = inertia_at(np.clip(kappa, 0.0, 1.0), moments)
-    effective = _speeds(*domain.effective, n, rng)
+    slowdown = np.where(rng.random(n) < 1.0 / 3.0, _log_uniform((_SLOWEST, 1.0), n, rng), 1.0)
+    spin = impacts.spin + _DIRECTION_DEVIATION * size * rng.standard_normal((n, 3))
+    spin *= (slowdown * np.exp(_SIZE_DEVIATION * rng.standard_normal(n)))[:, None]
+    alpha = np.clip(impacts.alpha1 * np.exp(_ANGLE_DEVIATION * rng.standard_normal(n)), least, most)
+    kappa = kappa_from_inertia(impacts.inertia, moments) + _KAPPA_DEVIATION * rng.standard_normal(n)
+    inertia = inertia_from_kappa(np.clip(kappa, 0.0, 1.0), moments)
+    effective = _draw_speeds(*domain.effective, n, rng)
     return _at_speed(impacts._replace(alpha1=alpha), spin, inertia, effective, domain)
 
 
 def spread_impacts(
-    domain: Range, grains: FloatArray, moments: Moments, rng: np.random.Generator
+    domain: LawRange, grains: FloatArray, moments: Moments, rng: np.random.Generator
 ) -> Impacts:
-    """Spread impacts of grains (n, 3) over the whole domain.
+    """Spread impacts of grains (n, 3) over the whole range of the law.
 
-    Half of the spins have any direction; half lie about that of rolling. Half of the inertias are
-    uniform in kappa, and half are those of any direction of the spin in the grain.
+    Half of the spins have any direction, and half lie about that of a rolling grain. Half of the
+    inertias are uniform in kappa, and half are those of spins with any direction in the grain.
     """
     n = len(grains)
-    slow, fast = (_log_uniform(ends, n, rng) for ends in (_SLOW, _FAST))
-    which = rng.random(n)
-    size = np.where(which < _SHARES[0], slow, rng.uniform(*_MOST, n))
-    size = np.where(which < sum(_SHARES), size, fast)
-    direction = _unit(rng.standard_normal((n, 3)))
-    rolling = _unit(0.5 * direction * [1.0, 1.0, 2.0] - [0.0, 0.0, 1.2])
+    slow, fast = (_log_uniform(ends, n, rng) for ends in (_SLOW_SPINS, _FAST_SPINS))
+    choice = rng.random(n)
+    size = np.where(choice < _SPIN_SHARES[0], slow, rng.uniform(*_USUAL_SPINS, n))
+    size = np.where(choice < sum(_SPIN_SHARES), size, fast)
+    direction = _unit_vectors(rng.standard_normal((n, 3)))
+    rolling = _unit_vectors(0.5 * direction * [1.0, 1.0, 2.0] - [0.0, 0.0, 1.2])
     direction = np.where((rng.random(n) < 0.5)[:, None], rolling, direction)
     cosine = rng.random(n)  # of the angle between the spin and the grain's shortest axis
-    kappa = np.where(rng.random(n) < 0.5, rng.random(n), kappa_at(cosine**2))
-    impacts = first_impacts(_angles(domain, n, rng), np.ones(n), grains, np.arange(n, dtype="u8"))
-    inertia = inertia_at(kappa, moments)
-    effective = _speeds(*domain.effective, n, rng)
+    kappa = np.where(rng.random(n) < 0.5, rng.random(n), kappa_from_place(cosine**2))
+    alpha, index = _draw_angles(domain, n, rng), np.arange(n, dtype=np.uint64)
+    impacts = first_impacts(alpha, np.ones(n), grains, index)
+    inertia = inertia_from_kappa(kappa, moments)
+    effective = _draw_speeds(*domain.effective, n, rng)
     return _at_speed(impacts, size[:, None] * direction, inertia, effective, domain)
 
 
-def _unit(vectors: FloatArray) -> FloatArray:
+def _unit_vectors(vectors: FloatArray) -> FloatArray:
     return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
 def spinning_impacts(
     model: DirectModel,
-    domain: Range,
+    domain: LawRange,
     population: Population,
     shape_code: int,
     count: int,
     seed: Callable[[int], int],
     rng: np.random.Generator,
 ) -> tuple[Impacts, FloatArray]:
-    """Draw at least ``count`` impacts with spin, and kappas after first hits."""
-    wanted = (_OCCUR + _NEIGHBOURS) * count
-    kept, changed, kappa = _occurring(model, domain, population, shape_code, wanted, seed, rng)
-    moments = moments_of(population, shape_code, changed.grain[:, 1:])
-    changed = neighbours(changed, domain, moments, rng)
-    grains = grains_of(population, shape_code, count - math.floor(wanted), rng)
-    moments = moments_of(population, shape_code, grains[:, 1:])
-    impacts = joined_impacts([kept, changed, spread_impacts(domain, grains, moments, rng)])
+    """Draw impacts with spin of a shape or mesh: impacts of chains, their neighbours, spread ones.
+
+    Returns
+    -------
+    impacts : Impacts
+        At least ``count`` impacts.
+    kappa : (m,) float64
+        Places kappa of the inertias after the first hits of chains.
+    """
+    from_chains = (_CHAIN_SHARE + _NEIGHBOUR_SHARE) * count
+    occurring, to_change, kappa = _occurring_impacts(
+        model, domain, population, shape_code, from_chains, seed, rng
+    )
+    moments = grain_moments(population, shape_code, to_change.grain[:, 1:])
+    near = neighbouring_impacts(to_change, domain, moments, rng)
+    grains = draw_grains(population, shape_code, count - math.floor(from_chains), rng)
+    moments = grain_moments(population, shape_code, grains[:, 1:])
+    impacts = joined_impacts([occurring, near, spread_impacts(domain, grains, moments, rng)])
     index = np.arange(len(impacts.index), dtype=np.uint64)
     return impacts._replace(index=index, hit=np.ones(len(index), dtype=np.uint32)), kappa
 
 
-def _occurring(
+def _occurring_impacts(
     model: DirectModel,
-    domain: Range,
+    domain: LawRange,
     population: Population,
     shape_code: int,
     count: float,
     seed: Callable[[int], int],
     rng: np.random.Generator,
 ) -> tuple[Impacts, Impacts, FloatArray]:
-    """Simulate chains with ``count`` impacts or more, and take those with spin.
+    """Simulate chains with ``count`` impacts or more, and take the impacts with spin.
 
-    Returns impacts that stay, others that become neighbours, and kappas after first hits.
+    Returns the impacts to fit as they are, the impacts whose neighbours are to be fitted, and the
+    places kappa after the first hits of short chains.
     """
 
-    def chains(wanted: float, hits: int, first: int) -> tuple[Impacts, FloatArray]:
-        grains = grains_of(population, shape_code, math.ceil(wanted / (hits - 1)), rng)
-        met, inertia = chain_impacts(
+    def simulate_chains(size: float, hits: int, first: int) -> tuple[Impacts, FloatArray]:
+        grains = draw_grains(population, shape_code, math.ceil(size / (hits - 1)), rng)
+        impacts, inertia = chain_impacts(
             model, domain, grains, hits, lambda hit: seed(first + hit), rng
         )
-        moments = moments_of(population, shape_code, grains[:, 1:])
-        known = inertia > 0.0
-        return met, kappa_of(np.where(known, inertia, moments.largest), moments)[known]
+        moments = grain_moments(population, shape_code, grains[:, 1:])
+        spins = inertia > 0.0
+        kappa = kappa_from_inertia(np.where(spins, inertia, moments.largest), moments)
+        return impacts, kappa[spins]
 
-    early, kappa = chains(0.5 * count, _EARLY, 0)
-    late, _ = chains(0.5 * count, _LONG, _EARLY)
-    both = joined_impacts([early, late])
-    spins = (both.inertia > 0.0) & (np.square(both.spin).sum(axis=1) > 0.0)
+    early, kappa = simulate_chains(0.5 * count, _SHORT_CHAIN, 0)
+    late, _ = simulate_chains(0.5 * count, _LONG_CHAIN, _SHORT_CHAIN)
+    impacts = joined_impacts([early, late])
+    spins = (impacts.inertia > 0.0) & (np.square(impacts.spin).sum(axis=1) > 0.0)
     rows = rng.permutation(np.flatnonzero(spins))
-    near = math.floor(len(rows) * _NEIGHBOURS / (_OCCUR + _NEIGHBOURS))
-    return both.of(rows[near:]), both.of(rows[:near]), kappa
+    near = math.floor(len(rows) * _NEIGHBOUR_SHARE / (_CHAIN_SHARE + _NEIGHBOUR_SHARE))
+    return impacts.of(rows[near:]), impacts.of(rows[:near]), kappa

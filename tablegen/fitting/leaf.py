@@ -1,4 +1,13 @@
-"""One leaf of the spin law: experts fitted to rebounds, rounded as stored, and quantiles."""
+"""Fit one leaf of the spin law: experts for the normal scores of outcomes, and quantiles.
+
+1. The inputs of rebounds in the leaf and around it are standardised, and outcomes become normal
+   scores.
+2. A mixture of experts is fitted to these scores (`tablegen.fitting.experts`).
+3. Its coefficients are rounded to the integers of a file (`tablegen.fitting.rounding`).
+4. Scores are drawn from the rounded experts at the conditions of other rebounds, all in the leaf.
+   The quantiles turn these scores into the outcomes of the same rebounds. So draws have the
+   marginals of direct simulation over the leaf, whatever the experts and their rounding miss.
+"""
 
 from typing import NamedTuple
 
@@ -19,34 +28,40 @@ from sampler.formats.bounds import (
 from tablegen.fitting.experts import Experts, fit_experts
 from tablegen.fitting.marginals import normal_scores
 from tablegen.fitting.resolution import SpinSizes
-from tablegen.fitting.rounding import rounded, rounded_together
+from tablegen.fitting.rounding import round_to_multiples, round_together
 from tablegen.fitting.spin_coordinates import features, used_features
 from tablegen.fitting.spin_scores import StoredExperts, bounded_scores
 from tablegen.model.float_array import FloatArray
 
-#: Standard deviation of an input below which it counts as constant.
-_SAME = 2e-4
+#: An input with a smaller standard deviation counts as constant.
+_CONSTANT_DEVIATION = 2e-4
 
-#: Rounding steps, in units of the file, which then compresses: of the coefficients of 1, of the
-#: inputs and of their products, in gates and in means; and of factors.
-_GATE_STEPS, _MEAN_STEPS, _FACTOR_STEP = (1, 8, 32), (1, 64, 128), 16
+#: Coefficients are rounded to multiples of these steps, in units of the file, because numbers with
+#: few digits compress. The three steps are those for the coefficients of 1, of the inputs and of
+#: their products.
+_GATE_STEPS, _MEAN_STEPS = (1, 8, 32), (1, 64, 128)
+#: Step of the factors.
+_FACTOR_STEP = 16
 
-#: Least quantile of p_v, which a file needs from the second knot on, with a margin for rounding.
+#: Least quantile of p_v from the second knot on, with a margin for rounding: a grain must leave the
+#: wall, so a file has positive quantiles there.
 _LEAST_V = 2e-9
 
-#: Logit, in units of the file, below that of fitted experts: e^-60 is never drawn.
-_NEVER = 60 * GATE_UNIT
+#: Logit, in units of the file, of experts that were not fitted: e^-60 is never drawn.
+_NEVER_DRAWN = 60 * GATE_UNIT
 
 
 class Rebounds(NamedTuple):
-    """Rebounds of n particles: inputs (n, 8) of their conditions, and outcomes (n, 7 or 8)."""
+    """Rebounds of n particles."""
 
+    #: (n, 8): inputs of their conditions.
     inputs: FloatArray
+    #: (n, 7), or (n, 8) with works.
     outcomes: FloatArray
 
 
 class LeafArrays(NamedTuple):
-    """A leaf as stored; the names are those of the datasets."""
+    """Arrays of a leaf, as a file stores them; the names are those of the datasets."""
 
     centre: NDArray[np.float32]
     scale: NDArray[np.float32]
@@ -58,66 +73,81 @@ class LeafArrays(NamedTuple):
 
 
 def fit_leaf(
-    around: Rebounds,
-    inside: Rebounds,
+    rebounds_around: Rebounds,
+    rebounds_inside: Rebounds,
     sizes: SpinSizes,
     rng: np.random.Generator,
 ) -> LeafArrays:
     """Fit a leaf.
 
-    Experts are fitted to rebounds in the leaf and around it, in random order. Quantiles follow from
-    the outcomes of other rebounds inside it.
+    Parameters
+    ----------
+    rebounds_around : Rebounds
+        Rebounds in the leaf and a little beyond it, in random order, for the fit of the experts.
+    rebounds_inside : Rebounds
+        Other rebounds, all in the leaf, for the quantiles.
+    sizes : SpinSizes
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    LeafArrays
     """
-    inputs, values = around
+    inputs, outcomes = rebounds_around
     centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
-    varies = spread > _SAME
+    varies = spread > _CONSTANT_DEVIATION
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
     centre, scale = centre.astype(np.float32), scale.astype(np.float32)
-    used = used_features(varies)
+    is_used = used_features(varies)
     t = (inputs - centre) * scale
     experts, _ = fit_experts(
-        features(t, np.float32)[:, used],
+        features(t, np.float32)[:, is_used],
         t[:, varies],
-        normal_scores(values),
+        normal_scores(outcomes),
         sizes.groups,
         sizes.experts,
         rng,
     )
-    stored = _stored(experts, used)
-    drawn = bounded_scores(stored, features((inside.inputs - centre) * scale, np.float32), rng)
-    quantiles = _quantiles(drawn, inside.outcomes, sizes.knots)
+    stored = _stored_experts(experts, is_used)
+    phi = features((rebounds_inside.inputs - centre) * scale, np.float32)
+    scores = bounded_scores(stored, phi, rng)
+    quantiles = _outcome_quantiles(scores, rebounds_inside.outcomes, sizes.knots)
     quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
     return LeafArrays(centre, scale, *stored, quantiles)
 
 
-def _steps(used: NDArray[np.bool_], steps: tuple[int, int, int]) -> NDArray[np.int64]:
-    """Choose the step of each coefficient: those of 1, of the inputs and of the products."""
-    return np.repeat(steps, (1, N_INPUTS, N_FEATURES - N_INPUTS - 1))[used]
+def _coefficient_steps(
+    is_used: NDArray[np.bool_], steps: tuple[int, int, int]
+) -> NDArray[np.int64]:
+    """Find the step of each coefficient from those of 1, of the inputs and of the products."""
+    return np.repeat(steps, (1, N_INPUTS, N_FEATURES - N_INPUTS - 1))[is_used]
 
 
-def _stored(fitted: Experts, used: NDArray[np.bool_]) -> StoredExperts:
-    """Experts in the integers and the order of the file.
+def _stored_experts(fitted: Experts, is_used: NDArray[np.bool_]) -> StoredExperts:
+    """Round experts to the integers of a file, and bring them into its order.
 
-    Constant features get zeros. Experts that were not fitted are never drawn.
+    The coefficients of features that are constant in the leaf are zero. A file has room for more
+    experts than may be fitted; the gates of spare experts let no draw choose them.
     """
-    groups, each = len(fitted.group_gate), len(fitted.gate) // len(fitted.group_gate)
+    groups, group_size = len(fitted.group_gate), len(fitted.gate) // len(fitted.group_gate)
     outcomes = fitted.outcomes
     rows, columns = np.tril_indices(outcomes)
-    gate_steps, mean_steps = _steps(used, _GATE_STEPS), _steps(used, _MEAN_STEPS)
+    gate_steps = _coefficient_steps(is_used, _GATE_STEPS)
+    mean_steps = _coefficient_steps(is_used, _MEAN_STEPS)
     group_gate = np.zeros((N_GROUPS, N_FEATURES), dtype=np.int16)
     gate = np.zeros((N_GROUPS, GROUP_SIZE, N_FEATURES), dtype=np.int16)
     mean = np.zeros((N_GROUPS, GROUP_SIZE, outcomes, N_FEATURES), dtype=np.int16)
     factor = np.zeros((N_GROUPS, GROUP_SIZE, len(rows)), dtype=np.int16)
-    group_gate[groups:, 0], gate[:, each:, 0] = -_NEVER, -_NEVER
+    group_gate[groups:, 0], gate[:, group_size:, 0] = -_NEVER_DRAWN, -_NEVER_DRAWN
     weight = fitted.weight
-    whole = rounded_together(fitted.group_gate[:, None], weight.group, GATE_UNIT, gate_steps)
-    group_gate[:groups, used] = whole[:, 0]
-    whole = rounded_together(fitted.gate[:, None], weight.gate, GATE_UNIT, gate_steps)
-    gate[:groups, :each, used] = whole.reshape(groups, each, -1)
-    whole = rounded_together(fitted.mean, weight.mean, MEAN_UNIT, mean_steps)
-    mean[:groups, :each, :, used] = whole.reshape(groups, each, outcomes, -1)
-    whole = rounded(fitted.factor[:, rows, columns], FACTOR_UNIT, _FACTOR_STEP)
-    factor[:groups, :each] = whole.reshape(groups, each, -1)
+    integers = round_together(fitted.group_gate[:, None], weight.group, GATE_UNIT, gate_steps)
+    group_gate[:groups, is_used] = integers[:, 0]
+    integers = round_together(fitted.gate[:, None], weight.gate, GATE_UNIT, gate_steps)
+    gate[:groups, :group_size, is_used] = integers.reshape(groups, group_size, -1)
+    integers = round_together(fitted.mean, weight.mean, MEAN_UNIT, mean_steps)
+    mean[:groups, :group_size, :, is_used] = integers.reshape(groups, group_size, outcomes, -1)
+    integers = round_to_multiples(fitted.factor[:, rows, columns], FACTOR_UNIT, _FACTOR_STEP)
+    factor[:groups, :group_size] = integers.reshape(groups, group_size, -1)
     factor[..., rows == columns] = np.maximum(factor[..., rows == columns], _FACTOR_STEP)
     return StoredExperts(
         np.ascontiguousarray(group_gate.T),
@@ -127,12 +157,14 @@ def _stored(fitted: Experts, used: NDArray[np.bool_]) -> StoredExperts:
     )
 
 
-def _quantiles(scores: NDArray[np.float32], wanted: FloatArray, knots: int) -> NDArray[np.float32]:
-    """Outcomes, (7 or 8, knots), at equal steps of the bounded score."""
-    at = np.linspace(-SCORE_MAX, SCORE_MAX, knots)
-    outcomes = wanted.shape[1]
-    quantiles = np.empty((outcomes, knots), dtype=np.float32)
-    for k in range(outcomes):
-        share = np.searchsorted(np.sort(scores[:, k]), at) / len(scores)
-        quantiles[k] = np.quantile(wanted[:, k], share)
+def _outcome_quantiles(
+    scores: NDArray[np.float32], outcomes: FloatArray, knots: int
+) -> NDArray[np.float32]:
+    """Find the outcomes, (7 or 8, knots), that have the same ranks as equally spaced scores."""
+    score_knots = np.linspace(-SCORE_MAX, SCORE_MAX, knots)
+    count = outcomes.shape[1]
+    quantiles = np.empty((count, knots), dtype=np.float32)
+    for k in range(count):
+        probability = np.searchsorted(np.sort(scores[:, k]), score_knots) / len(scores)
+        quantiles[k] = np.quantile(outcomes[:, k], probability)
     return quantiles

@@ -1,22 +1,22 @@
-"""Gaussian mixture fitted by expectation-maximisation.
+"""Fit a Gaussian mixture to normal scores by expectation-maximisation (EM).
 
-The logarithm of a Gaussian density is linear in the 28 monomials 1, z_i, z_i z_j of a 6-vector.
-Both steps of EM are then one matrix product each: log-densities = features @ weights, and
-sufficient statistics = responsibilities^T @ features.
+The density of the mixture at the scores z of a rebound is
+
+    p(z) = sum_k pi_k ((1 - q_k) N(z; mu_k, S_k) + q_k N(M z; mu_k, S_k)).
+
+M is the reflection in the impact plane: it changes the signs of some channels. Most particles have
+mirror images among the other particles, so most of a law is symmetric under M. A component that may
+be reflected counts twice where the law is symmetric. A law need not be symmetric, so the
+probability q_k of each component is fitted.
+
+The logarithm of a Gaussian density is linear in the monomials 1, z_i and z_i z_j; there are 28 of
+them for six channels. So each step of EM is one matrix product: log-densities are features @
+weights, and sufficient statistics are responsibilities^T @ features. M only changes the signs of
+some monomials, so the reflected parts need no features of their own.
 
 A fit begins with stepwise EM (Cappe and Moulines, J. R. Stat. Soc. B 71 (2009) 593-613): the
-statistics are a running average over blocks of the sample, and every block moves the components.
-A few passes over a large sample then do what dozens of whole iterations do.
-
-Most particles have mirror images among the others, so most of a law is symmetric under reflection
-in the impact plane, M = diag(+1, +1, +1, -1, -1, -1). Every component may therefore be reflected,
-with a probability q_k of its own,
-
-    p(z) = sum_k pi_k ((1 - q_k) N(z; mu_k, S_k) + q_k N(M z; mu_k, S_k)),
-
-so that a stored component counts twice where the law is symmetric, and once where it is not. M only
-changes the sign of some monomials, so the reflected
-part needs no features of its own.
+statistics are a running average over blocks of the sample, and each block moves the components. A
+few passes over a large sample then do what dozens of whole iterations do.
 """
 
 from dataclasses import dataclass
@@ -26,45 +26,47 @@ from numpy.typing import NDArray
 
 from tablegen.model.float_array import FloatArray
 
-#: Monomials of a sample, in double precision where every digit counts, else in single.
+#: Monomials of a sample: in single precision in a fit, in double where each digit counts.
 Features = NDArray[np.float64] | NDArray[np.float32]
 
 #: Rows of one block: its responsibilities fit into the cache.
 _BLOCK = 1024
 
-#: Least log-density of a component at a point, relative to the largest: a share of e^-40 is lost in
-#: rounding, while subnormal numbers are ten times slower to compute with.
+#: Least log-density of a component at a point, relative to the largest one. A share of e^-40 is
+#: lost in rounding, and the smallest numbers (subnormal ones) are ten times slower to compute with.
 _DEPTH = -40.0
 
-#: Stepwise EM: points of a block for each component and at least, passes over the sample, and the
-#: weight (k + _DELAY)^-_DECAY of block k in the running average.
+#: Stepwise EM: points of a block for each component, and least points of a block.
 _POINTS_PER_COMPONENT = 40
 _LEAST_BLOCK = 4000
+#: Passes over the sample.
 _PASSES = 2
+#: Block k has the weight (k + _DELAY)^-_DECAY in the running average.
 _DELAY = 2.0
 _DECAY = 0.6
 
-#: Least probability of a component to be reflected, and not to be, during the fit.
+#: During a fit, the probability that a component is reflected stays this far from 0 and from 1.
 _LEAST_PART = 1e-3
 
-#: Added to every variance (normal scores have variance one). It keeps components on a
-#: lower-dimensional part of the law, such as near-spheres, from collapsing.
+#: Added to each variance (normal scores have variance one). Without it, components of a law that
+#: has fewer dimensions than channels would collapse, as that of nearly round grains.
 RIDGE = 1e-4
 
 
 @dataclass(frozen=True)
 class Mixture:
-    """Gaussian mixture of K components in d dimensions.
+    """Gaussian mixture of K components in d dimensions."""
 
-    Components are reflected with probabilities of their own. The signs are those of the channels
-    under reflection, all ones if there is none.
-    """
-
-    weight: FloatArray  # (K,)
-    mean: FloatArray  # (K, d)
-    covariance: FloatArray  # (K, d, d)
-    reflection: FloatArray  # (K,)
-    signs: FloatArray  # (d,)
+    #: (K,): weights, which add up to one.
+    weight: FloatArray
+    #: (K, d)
+    mean: FloatArray
+    #: (K, d, d)
+    covariance: FloatArray
+    #: (K,): probability that each component is reflected.
+    reflection: FloatArray
+    #: (d,): signs of the channels under reflection; all ones if the law has no reflection.
+    signs: FloatArray
 
 
 def monomials(z: FloatArray) -> FloatArray:
@@ -74,7 +76,7 @@ def monomials(z: FloatArray) -> FloatArray:
 
 
 def _log_density_weights(mixture: Mixture) -> FloatArray:
-    """Coefficients, (features, K), of log(weight * density) on the monomials."""
+    """Compute the coefficients, (features, K), of log(weight * density) on the monomials."""
     dimension = mixture.mean.shape[1]
     precision = np.linalg.inv(mixture.covariance)
     linear = np.einsum("kij,kj->ki", precision, mixture.mean)
@@ -87,10 +89,10 @@ def _log_density_weights(mixture: Mixture) -> FloatArray:
 
 
 def _expectation(features: Features, mixture: Mixture) -> tuple[FloatArray, float]:
-    """Sufficient statistics (K, features + 1) and mean log-likelihood.
+    """Compute the sufficient statistics (K, features + 1) and the mean log-likelihood.
 
-    The last column is the reflected part of the mass, which is the first column. Responsibilities
-    have the precision of the features.
+    The first column is the mass of each component, and the last column is the part of the mass that
+    is reflected. Responsibilities have the precision of the features.
     """
     weights, signs = _log_density_weights(mixture), _mirror_signs(mixture.signs)
     count = weights.shape[1]
@@ -121,13 +123,13 @@ def _expectation(features: Features, mixture: Mixture) -> tuple[FloatArray, floa
 def _maximisation(
     statistics: FloatArray, mixture: Mixture, points: int
 ) -> tuple[Mixture, FloatArray]:
-    """Mixture that maximises the expected likelihood, and the statistics it was made from.
+    """Find the mixture that maximises the expected likelihood.
 
-    The statistics may be averages over ``points`` points. Components that are left without points
-    are dropped from both.
+    The statistics may be averages over ``points`` points. Components with too few points are
+    dropped. Also returns the statistics of the components that stay.
     """
     dimension = mixture.mean.shape[1]
-    # a component needs more points than it has directions to have a covariance of its own
+    # a component has a covariance of its own only if it has more points than dimensions
     alive = statistics[:, 0] * (points / statistics[:, 0].sum()) > dimension + 1.0
     statistics = statistics[alive]
     mass = statistics[:, 0]
@@ -144,8 +146,10 @@ def _maximisation(
     return maximal, statistics
 
 
-def _start(z: FloatArray, components: int, signs: FloatArray, rng: np.random.Generator) -> Mixture:
-    """Components at random points, all with a shrunken covariance of the sample."""
+def _initial_mixture(
+    z: FloatArray, components: int, signs: FloatArray, rng: np.random.Generator
+) -> Mixture:
+    """Make components at random points, each with a tenth of the covariance of the sample."""
     mean = z[rng.choice(len(z), components, replace=False)]
     covariance = 0.1 * np.cov(z.T).reshape(z.shape[1], -1) + RIDGE * np.eye(z.shape[1])
     reflected = 0.5 if bool((signs < 0.0).any()) else 0.0
@@ -159,21 +163,21 @@ def _start(z: FloatArray, components: int, signs: FloatArray, rng: np.random.Gen
 
 
 def _mirror_signs(signs: FloatArray) -> FloatArray | None:
-    """Signs of the monomials under the reflection, or None if there is none."""
+    """Find the signs of the monomials under the reflection, or None if there is no reflection."""
     return monomials(signs[None])[0] if bool((signs < 0.0).any()) else None
 
 
 def iterate(mixture: Mixture, features: Features) -> tuple[Mixture, float]:
     """Take one iteration of EM over the `monomials` of a sample.
 
-    Returns the mixture, and the mean log-likelihood before the step.
+    Returns the new mixture, and the mean log-likelihood of the old one.
     """
     statistics, likelihood = _expectation(features, mixture)
     return _maximisation(statistics, mixture, len(features))[0], likelihood
 
 
 def _stepwise(mixture: Mixture, features: Features) -> Mixture:
-    """Improve a mixture block by block."""
+    """Improve a mixture by stepwise EM, block by block."""
     size = max(_POINTS_PER_COMPONENT * len(mixture.weight), _LEAST_BLOCK)
     blocks = max(len(features) // size, 1)
     average = None
@@ -196,23 +200,28 @@ def fit_mixture(
     rng: np.random.Generator,
     signs: FloatArray,
 ) -> Mixture:
-    """Fit a Gaussian mixture with full covariances to normal scores (n, d) in random order.
+    """Fit a Gaussian mixture with full covariances to normal scores.
 
     Parameters
     ----------
     z : (n, d) float64
+        Normal scores, in random order.
     components : int
-        Fewer are fitted if there are fewer than d + 1 points for each; those that lose their
-        points are dropped.
-    rng : numpy Generator
-        Chooses the starting points.
+        Number of components. Fewer are fitted if there are at most d + 1 points for each.
+        Components that lose their points in the fit are dropped.
+    rng : numpy.random.Generator
+        Chooses the points at which components begin.
     signs : (d,) float64
-        Signs of the channels under reflection; all ones if there is none.
+        Signs of the channels under reflection; all ones if the law has no reflection.
+
+    Returns
+    -------
+    Mixture
     """
-    # with more points than this on average, one component at least is always alive
+    # with more than d + 1 points for each component on average, at least one component stays
     most = max((len(z) - 1) // (z.shape[1] + 1), 1)
-    mixture = _start(z, min(components, most), signs, rng)
+    mixture = _initial_mixture(z, min(components, most), signs, rng)
     features = monomials(z).astype(np.float32)
     mixture = _stepwise(mixture, features)
-    # one iteration on the whole sample settles the weights
+    # one iteration on the whole sample makes the weights those of the whole sample
     return iterate(mixture, features)[0]

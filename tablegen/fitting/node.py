@@ -1,7 +1,14 @@
-"""One node of a table: simulate the condition, fit the law, pack the arrays.
+"""Fit one node of a table, the law of first impacts at an angle and a speed.
 
-A node is a pure function of the configuration and its condition, so nodes can be fitted in any
-order by any number of workers. Last digits depend on the kind of processor.
+1. Particles with random grains and orientations are simulated at this angle and speed.
+2. Their variables become the channels of a table (`sampler.formats.channels`).
+3. In each class of rebounds (`tablegen.fitting.components`), a Gaussian mixture is fitted to the
+   normal scores of the channels, and its numbers are rounded to those of a file.
+4. Quantile functions are computed with which draws have the marginals of the simulated particles
+   (`tablegen.fitting.marginals`).
+
+A node depends on the configuration, the angle and the speed alone, so any number of workers can fit
+nodes in any order. The last digits depend on the kind of processor.
 """
 
 from dataclasses import replace
@@ -16,7 +23,7 @@ from sampler.formats.bounds import MIXTURE_SCALE
 from sampler.formats.channels import MIRRORED, channels_for
 from tablegen.checkpoints import stable_number
 from tablegen.config.config import Config
-from tablegen.fitting.components import CLASSES, alias_table, allocate_components, class_of
+from tablegen.fitting.components import CLASSES, alias_table, allocate_components, rebound_classes
 from tablegen.fitting.marginals import (
     mixture_probabilities,
     normal_scores,
@@ -29,25 +36,26 @@ from tablegen.model.float_array import FloatArray
 from tablegen.simulation.scene_variables import simulated_channels
 from tablegen.simulation.simulate import simulate
 
-#: Means and factors are rounded to 1/128, this number of steps of the file. That saves a quarter
-#: of the bytes, and no metric of the shipped table moves by more than noise.
-_COARSE = 32
+#: Means and factors are rounded to multiples of 1/128, which are this number of steps of the file.
+#: This saves a quarter of the bytes, and changes no metric of the shipped table by more than noise.
+_COARSE_STEPS = 32
 
-#: Points of the sample used for each mixture component: more improve no fit.
+#: Points of the sample that are used for each mixture component. More points improve no fit.
 _POINTS_PER_COMPONENT = 600
 
-#: Steepest impact [degrees] at which a node is simulated. At 90 degrees, contacts that slide freely
-#: leave rounding dust in some components, which lack the dependence that they have at every other
-#: angle. At this one they have it, and differ by 2e-5 V.
+#: Steepest impact [degrees] at which a node is simulated. At exactly 90 degrees, contacts without
+#: sliding resistance leave nothing but rounding errors in some variables, without the dependence
+#: that these variables have at any other angle. At this angle they have it, and they differ by
+#: 2e-5 V.
 _STEEPEST = 89.999
 
-#: Noise that separates equal numbers before they are ranked. Without it rounding would order them,
-#: and dependence is fitted to the order.
-_TIES = 1e-9
+#: Noise that separates equal numbers before they are ranked. Without it, rounding errors would
+#: order them, and the mixture would be fitted to this order.
+_TIE_NOISE = 1e-9
 
 
 class NodeArrays(NamedTuple):
-    """Arrays of one node, as the table file stores them."""
+    """Arrays of a node, as a file stores them; the names are those of the datasets."""
 
     quantiles: NDArray[np.float32]
     first_of_class: NDArray[np.uint16]
@@ -59,15 +67,17 @@ class NodeArrays(NamedTuple):
 
 
 class FittedChannels(NamedTuple):
-    """Channels to fit, and their signs under reflection."""
+    """Channels of a table."""
 
     names: tuple[str, ...]
+    #: (d,): signs under reflection in the impact plane.
     signs: FloatArray
 
 
-class _Packed(NamedTuple):
-    """Components of one class as stored: weights (K,), then the arrays of `NodeArrays`."""
+class _PackedMixture(NamedTuple):
+    """Components of one class; all but the weights are arrays of `NodeArrays`."""
 
+    #: (K,)
     weight: FloatArray
     reflection: NDArray[np.int16]
     mean: NDArray[np.int16]
@@ -82,34 +92,34 @@ def fitted_channels(config: Config) -> FittedChannels:
 
 
 def _factor_steps(factor: NDArray[np.floating[Any]]) -> NDArray[np.int16]:
-    """Factors (n, m, m) as in the file; diagonals stay positive."""
-    steps = to_steps(factor, _COARSE)
+    """Round factors (n, m, m) to steps of the file; their diagonals stay positive."""
+    steps = to_steps(factor, _COARSE_STEPS)
     diagonal = np.arange(factor.shape[-1])
-    steps[:, diagonal, diagonal] = np.maximum(steps[:, diagonal, diagonal], _COARSE)
+    steps[:, diagonal, diagonal] = np.maximum(steps[:, diagonal, diagonal], _COARSE_STEPS)
     return steps
 
 
-def _packed(mixture: Mixture, components: int) -> _Packed:
-    """Mixture as stored, with components of weight zero in the spare places."""
+def _pack_mixture(mixture: Mixture, components: int) -> _PackedMixture:
+    """Round a mixture to steps of the file, and add components of weight zero for lost ones."""
     count, dimension = mixture.mean.shape
     spare = components - count
     unit = np.repeat(np.eye(dimension)[None], spare, axis=0)
     factor = np.concatenate([np.linalg.cholesky(mixture.covariance), unit])
     rows, columns = np.tril_indices(dimension)
-    return _Packed(
+    return _PackedMixture(
         np.pad(mixture.weight, (0, spare)),
         np.pad(to_steps(mixture.reflection), (0, spare)),
-        np.pad(to_steps(mixture.mean, _COARSE), ((0, spare), (0, 0))),
+        np.pad(to_steps(mixture.mean, _COARSE_STEPS), ((0, spare), (0, 0))),
         _factor_steps(factor)[:, rows, columns],
     )
 
 
-def _as_stored(mixture: Mixture) -> Mixture:
-    """Mixture with its numbers rounded as in the file."""
+def _round_mixture(mixture: Mixture) -> Mixture:
+    """Round the numbers of a mixture as a file does."""
     factor = from_steps(_factor_steps(np.linalg.cholesky(mixture.covariance)))
     return replace(
         mixture,
-        mean=from_steps(to_steps(mixture.mean, _COARSE)),
+        mean=from_steps(to_steps(mixture.mean, _COARSE_STEPS)),
         covariance=factor @ factor.transpose(0, 2, 1),
         reflection=from_steps(to_steps(mixture.reflection)),
     )
@@ -126,9 +136,21 @@ def fit_node(
     speed: float,
     size: Resolution | None = None,
 ) -> NodeArrays:
-    """Simulate and fit the node at an impact angle [degrees] and a speed [m/s].
+    """Simulate and fit a node.
 
-    The size is by default that of `resolution`.
+    Parameters
+    ----------
+    config : Config
+    alpha_deg : float
+        Impact angle [degrees].
+    speed : float
+        Impact speed [m/s].
+    size : Resolution, optional
+        By default the first size of `resolution`.
+
+    Returns
+    -------
+    NodeArrays
     """
     seed, stream = config.table.seed, node_stream(alpha_deg, speed)
     size = size or resolution(config)
@@ -138,57 +160,72 @@ def fit_node(
     channels = simulated_channels(simulation, fitted.names, rng)
     # one BLAS thread: nodes are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
-        node = _fit_classes(channels, class_of(simulation.collisions), size, fitted, rng)
+        node = _fit_classes(channels, rebound_classes(simulation.collisions), size, fitted, rng)
     return node
 
 
 def _fit_classes(
     channels: FloatArray,
-    kind: NDArray[np.int64],
+    classes: NDArray[np.int64],
     size: Resolution,
     fitted: FittedChannels,
     rng: np.random.Generator,
 ) -> NodeArrays:
-    """Fit each class of a sample and concatenate the arrays."""
+    """Fit each class of a sample, (n, d), and concatenate the arrays.
+
+    ``classes``, (n,), are those of `rebound_classes`.
+    """
     knots = variate_knots(size.knots)
-    count = [int(np.sum(kind == k)) for k in range(len(CLASSES))]
+    count = [int(np.sum(classes == k)) for k in range(len(CLASSES))]
     shares = allocate_components(size.components, count)
     parts, quantiles = [], []
     for k, share in enumerate(shares):
         if share == 0:
-            # never drawn at this node, but averaged with neighbours that have such rebounds
+            # The class is never drawn at this node. Draws between this node and others that have
+            # such rebounds average the quantiles.
             normal = np.broadcast_to(ndtr(knots), (len(fitted.names), len(knots)))
             quantiles.append(quantile_knots(channels, normal))
             continue
-        part = channels[kind == k]
-        apart = part + rng.uniform(-_TIES, _TIES, part.shape)
-        points = normal_scores(apart)[: _POINTS_PER_COMPONENT * share]
+        part = channels[classes == k]
+        separated = part + rng.uniform(-_TIE_NOISE, _TIE_NOISE, part.shape)
+        points = normal_scores(separated)[: _POINTS_PER_COMPONENT * share]
         mixture = fit_mixture(points, share, rng, fitted.signs)
-        packed = _packed(mixture, share)
+        packed = _pack_mixture(mixture, share)
         parts.append(packed._replace(weight=packed.weight * count[k]))
-        probabilities = mixture_probabilities(_as_stored(mixture), knots)
+        probabilities = mixture_probabilities(_round_mixture(mixture), knots)
         quantiles.append(quantile_knots(part, probabilities))
-    whole = _Packed(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
-    probability, alias = alias_table(whole.weight)
+    joined = _PackedMixture(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+    probability, alias = alias_table(joined.weight)
     return NodeArrays(
         quantiles=np.stack(quantiles).astype(np.float32),
         first_of_class=np.cumsum([0, *shares[:-1]]).astype(np.uint16),
         alias_probability=probability,
         alias_index=alias,
-        reflection=whole.reflection,
-        mean=whole.mean,
-        cholesky=whole.cholesky,
+        reflection=joined.reflection,
+        mean=joined.mean,
+        cholesky=joined.cholesky,
     )
 
 
-def to_steps(values: ArrayLike, coarse: int = 1) -> NDArray[np.int16]:
-    """Round values in [-8, 8) to steps of 1/4096, in which the numbers of a mixture are stored.
+def to_steps(values: ArrayLike, multiple: int = 1) -> NDArray[np.int16]:
+    """Round values in [-8, 8) to steps of 1/4096, in which a file stores the numbers of a mixture.
 
-    Variates of a mixture have variance one, so means and factors lie within a few units, and a step
-    moves a draw by less than a thousandth of a standard deviation. Values are rounded to multiples
-    of ``coarse`` steps: zeros compress. Raises `OverflowError` if a value does not fit.
+    The variates of a mixture have variance one, so means and factors lie within a few units, and a
+    step moves a draw by less than a thousandth of a standard deviation.
+
+    Parameters
+    ----------
+    values : array_like
+    multiple : int
+        Values become multiples of this number of steps. Their last digits are then zeros, which
+        compress.
+
+    Raises
+    ------
+    OverflowError
+        A value does not fit.
     """
-    steps = coarse * np.rint(np.asarray(values, dtype=np.float64) * (MIXTURE_SCALE / coarse))
+    steps = multiple * np.rint(np.asarray(values, dtype=np.float64) * (MIXTURE_SCALE / multiple))
     limits = np.iinfo(np.int16)
     if steps.size and not limits.min <= steps.min() <= steps.max() <= limits.max:
         raise OverflowError(f"mixture: got {np.max(np.abs(values)):g}, allowed: [-8, 8)")
@@ -196,5 +233,5 @@ def to_steps(values: ArrayLike, coarse: int = 1) -> NDArray[np.int16]:
 
 
 def from_steps(steps: NDArray[np.int16]) -> NDArray[np.float64]:
-    """Values that steps stand for, exactly."""
+    """Convert steps back to the values that they stand for, exactly."""
     return steps / MIXTURE_SCALE

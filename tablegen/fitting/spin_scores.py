@@ -1,4 +1,8 @@
-"""Scores drawn from the experts of a leaf, as a draw from a table makes them."""
+"""Draw scores from the rounded experts of a leaf, as a draw from a table does.
+
+``sampler/c/src/experts.h`` is the same draw in C. This copy in numpy exists because the quantiles
+of a leaf are made from such scores before there is a file that C could read.
+"""
 
 from typing import NamedTuple
 
@@ -10,41 +14,44 @@ from sampler.formats.bounds import FACTOR_UNIT, GATE_UNIT, GROUP_SIZE, MEAN_UNIT
 
 
 class StoredExperts(NamedTuple):
-    """Experts of a leaf as stored in a file: int16, 8 groups of 16 experts.
+    """Experts of a leaf as a file stores them: 8 groups of 16, for 7 outcomes, or 8 with works."""
 
-    ``group_gate`` (30, 8), ``gate`` (8, 30, 16), ``mean`` (128, 30, 7), ``factor`` (128, 28);
-    with works (128, 30, 8) and (128, 36).
-    """
-
+    #: (30, 8): logits of the groups.
     group_gate: NDArray[np.int16]
+    #: (8, 30, 16): logits of the experts of each group.
     gate: NDArray[np.int16]
+    #: (128, 30, outcomes)
     mean: NDArray[np.int16]
+    #: (128, 28 or 36): lower triangles, row by row.
     factor: NDArray[np.int16]
 
 
 def bounded_scores(
     stored: StoredExperts, features: NDArray[np.float32], rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Draw scores zeta (n, outcomes), from -6 to 6, of a leaf at features (n, 30)."""
+    """Draw a bounded score of each outcome, (n, outcomes), at features (n, 30).
+
+    A score x of an expert is bounded by x / sqrt(1 + x^2 / SCORE_MAX^2).
+    """
     outcomes = stored.mean.shape[-1]
     scores = rng.standard_normal((len(features), outcomes), dtype=np.float32)
-    chance = rng.random((len(features), 2), dtype=np.float32)
-    groups = _chosen(features, stored.group_gate, chance[:, 0])
+    uniform = rng.random((len(features), 2), dtype=np.float32)
+    groups = _choose(features, stored.group_gate, uniform[:, 0])
     for group in range(len(stored.gate)):
         rows = np.flatnonzero(groups == group)
-        experts = _chosen(features[rows], stored.gate[group], chance[rows, 1])
+        experts = _choose(features[rows], stored.gate[group], uniform[rows, 1])
         for expert in np.unique(experts):
-            own, number = rows[experts == expert], group * GROUP_SIZE + expert
+            expert_rows, number = rows[experts == expert], group * GROUP_SIZE + expert
             factor = np.zeros((outcomes, outcomes), dtype=np.float32)
             factor[np.tril_indices(outcomes)] = stored.factor[number] / np.float32(FACTOR_UNIT)
             mean = stored.mean[number] / np.float32(MEAN_UNIT)
-            scores[own] = features[own] @ mean + scores[own] @ factor.T
+            scores[expert_rows] = features[expert_rows] @ mean + scores[expert_rows] @ factor.T
     return np.asarray(scores / np.sqrt(1.0 + scores**2 / np.float32(SCORE_MAX**2)))
 
 
-def _chosen(
-    features: NDArray[np.float32], gate: NDArray[np.int16], chance: NDArray[np.float32]
+def _choose(
+    features: NDArray[np.float32], gate: NDArray[np.int16], uniform: NDArray[np.float32]
 ) -> NDArray[np.intp]:
-    """Choose a number for each row of features by the weights of a gate, from uniform numbers."""
+    """Choose a group or an expert for each row of features, by a gate and uniform numbers (n,)."""
     shares = np.cumsum(softmax(features @ (gate / np.float32(GATE_UNIT)), axis=1), axis=1)
-    return np.asarray(np.sum(chance[:, None] * shares[:, -1:] >= shares[:, :-1], axis=1))
+    return np.asarray(np.sum(uniform[:, None] * shares[:, -1:] >= shares[:, :-1], axis=1))

@@ -18,7 +18,7 @@ from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.accuracy.validate import Validation
 from tablegen.config.config import Config
 from tablegen.fitting.law_conditions import least_inertia
-from tablegen.fitting.marginals import rounded_quantiles, variate_knots
+from tablegen.fitting.marginals import round_quantiles, variate_knots
 from tablegen.fitting.node import NodeArrays, fitted_channels
 from tablegen.tables.axes import Axes
 
@@ -53,7 +53,7 @@ def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, N
 def with_rounded_quantiles(contents: TableContents) -> TableContents:
     """Round the quantiles to the digits that count."""
     rounded = {
-        path: rounded_quantiles(contents[path])
+        path: round_quantiles(contents[path])
         for path in contents.datasets
         if path.endswith("/quantiles")
     }
@@ -83,10 +83,10 @@ def assemble(
         **accuracy_datasets([], len(config.domain.columns)),
         **({**spin_law, **spin_accuracy_datasets()} if spin_law else {}),
     }
-    return contents_of(config, datasets, fitted_channels(config).names)
+    return table_contents(config, datasets, fitted_channels(config).names)
 
 
-def contents_of(
+def table_contents(
     config: Config, datasets: Mapping[str, NDArray[Any]], channels: tuple[str, ...]
 ) -> TableContents:
     """Make the contents of the table of a configuration."""

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from tablegen.fitting.law_conditions import Range
+from tablegen.fitting.law_conditions import covered_range
 from tablegen.tables.plan import Plan
 from tablegen.tables.refine import NodeCache
 
@@ -43,10 +43,10 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, done: float) -> Cost
     cache.fit(size, [(alphas[len(alphas) // 2], speeds[len(speeds) // 2])])
     node = cache.runner.seconds - begin
     leaves = sum(
-        (of.leaves + of.nonspinning_leaves)
-        * of.rebounds
-        * (1.0 + of.groups * of.experts / _EXPERTS)
-        for of in plan.spin.values()
+        (spin_sizes.leaves + spin_sizes.nonspinning_leaves)
+        * spin_sizes.rebounds
+        * (1.0 + spin_sizes.groups * spin_sizes.experts / _EXPERTS)
+        for spin_sizes in plan.spin.values()
     )
     ends = []
     for k, nodes in enumerate((plan.first, plan.most)):
@@ -88,7 +88,7 @@ def cost_text(cost: Cost, workers: int | None) -> str:
     if plan.most != plan.first:
         text += f" at first, at most {plan.most[0]} x {plan.most[1]} where the error needs it"
     if plan.leaves:
-        flat, steep = map(math.degrees, Range.of(plan.config).alpha)
+        flat, steep = map(math.degrees, covered_range(plan.config).alpha)
         text += f", a spin law of {plan.leaves} leaves at {flat:.4g} to {steep:.4g} degrees"
         if steep - flat > 1.1 * (alpha_deg[1] - alpha_deg[0]):
             text += (
@@ -108,8 +108,8 @@ def cost_text(cost: Cost, workers: int | None) -> str:
 def _pieces_size(plan: Plan) -> float:
     """Estimate the size [MB] of the checkpoints of a spin law: the conditions of its leaves."""
     count = sum(
-        of.conditions(leaves)
-        for of in plan.spin.values()
-        for leaves in (of.leaves, of.nonspinning_leaves)
+        spin_sizes.conditions(leaves)
+        for spin_sizes in plan.spin.values()
+        for leaves in (spin_sizes.leaves, spin_sizes.nonspinning_leaves)
     )
     return 1e-6 * _CONDITION_BYTES * count

@@ -53,10 +53,10 @@ def _dask(workers: int, scheduler: str | None) -> Iterator[Executor]:
     except ImportError as error:
         remedy = "run: pip install 'rebound-tables[dask]'"
         raise InputError("--executor", problem="Dask is not installed", remedy=remedy) from error
-    local: Any = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": ":0"}
-    local["silence_logs"] = logging.CRITICAL
+    local_cluster: Any = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": ":0"}
+    local_cluster["silence_logs"] = logging.CRITICAL
     try:
-        client = Client(scheduler, timeout=_TIMEOUT) if scheduler else Client(**local)
+        client = Client(scheduler, timeout=_TIMEOUT) if scheduler else Client(**local_cluster)
     except (OSError, ValueError) as error:
         problem = f"no Dask scheduler answered at {scheduler} within {_TIMEOUT} s"
         raise InputError("--scheduler", problem=problem) from error

@@ -25,7 +25,7 @@ from tablegen.tables.plan import Plan
 _PARTICLES, _COMPONENTS = 400, 2
 
 #: Largest spread of a variable that counts as constant.
-_SAME = 1e-5
+_CONSTANT_SPREAD = 1e-5
 
 
 def rehearse(plan: Plan) -> None:
@@ -39,9 +39,9 @@ def rehearse(plan: Plan) -> None:
     ends = [list(dict.fromkeys((nodes[0], nodes[-1]))) for nodes in grid]
     conditions = list(product(*ends))
     _check_variables_vary(config, conditions)
-    rough = [_rough_node(config, alpha_deg, speed, size) for alpha_deg, speed in conditions]
+    rough_nodes = [_rough_node(config, alpha_deg, speed, size) for alpha_deg, speed in conditions]
     count = len(grid.alpha_deg) * len(grid.speed)
-    contents = assemble(config, axes, [rough[k % len(rough)] for k in range(count)])
+    contents = assemble(config, axes, [rough_nodes[k % len(rough_nodes)] for k in range(count)])
     with TemporaryDirectory() as folder:
         path = Path(folder) / "rehearsal.h5"
         write_table(path, contents)
@@ -50,19 +50,21 @@ def rehearse(plan: Plan) -> None:
 
 def _check_variables_vary(config: Config, conditions: list[tuple[float, ...]]) -> None:
     # a table stores whole numbers exactly
-    same = [name for name in config.domain.columns if name != "collisions"]
+    constant = [name for name in config.domain.columns if name != "collisions"]
     for alpha_deg, speed in conditions:
-        if not same:
+        if not constant:
             return
         simulation = simulate(
             config, np.radians(alpha_deg), speed, _PARTICLES, seed=config.table.seed, threads=1
         )
-        spread = np.ptp(simulated_variables(simulation, same), axis=0)
-        same = [name for name, width in zip(same, spread, strict=True) if width <= _SAME]
-    if same:
+        spread = np.ptp(simulated_variables(simulation, constant), axis=0)
+        constant = [
+            name for name, width in zip(constant, spread, strict=True) if width <= _CONSTANT_SPREAD
+        ]
+    if constant:
         raise InputError(
             "domain.variables",
-            ", ".join(same),
+            ", ".join(constant),
             problem="the same for all particles at every condition",
             remedy="leave these out, or change particles or laws; a formula gives them",
         )
@@ -70,8 +72,8 @@ def _check_variables_vary(config: Config, conditions: list[tuple[float, ...]]) -
 
 def _rough_node(config: Config, alpha_deg: float, speed: float, size: Resolution) -> NodeArrays:
     """Node with arrays of the final shapes; mixture components are repeated."""
-    few = Resolution(_PARTICLES, size.knots, min(_COMPONENTS, size.components))
-    node = fit_node(config, alpha_deg, speed, few)
+    rough_size = Resolution(_PARTICLES, size.knots, min(_COMPONENTS, size.components))
+    node = fit_node(config, alpha_deg, speed, rough_size)
     repeated = {
         name: np.resize(values, (size.components, *values.shape[1:]))
         for name, values in node._asdict().items()

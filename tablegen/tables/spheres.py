@@ -13,7 +13,7 @@ from sampler.table import Table
 from tablegen.config.config import Config, stored_config
 from tablegen.model.impacts import GRAZING
 from tablegen.simulation.direct import DirectModel
-from tablegen.tables.assembly import accuracy_datasets, contents_of
+from tablegen.tables.assembly import accuracy_datasets, table_contents
 
 #: Impacts at which a table is compared with direct simulation.
 _IMPACTS = 10_000
@@ -54,7 +54,7 @@ def sphere_contents(config: Config) -> TableContents:
         "sphere/laws": sphere_laws(config),
         **accuracy_datasets([], len(columns)),
     }
-    return contents_of(config, datasets, channels_for(columns))
+    return table_contents(config, datasets, channels_for(columns))
 
 
 def largest_difference(contents: TableContents, seed: int | None) -> float:
@@ -70,5 +70,7 @@ def largest_difference(contents: TableContents, seed: int | None) -> float:
     states = model.sample(alpha1, speed, spin=spin, **keys)
     table = Table(contents)
     drawn = table.sample(alpha1, speed, spin=spin, **keys)
-    held = [k for k, name in enumerate(model.columns) if name in table.columns]
-    return float(np.abs(drawn[:, : len(held)] - states[:, held]).max(initial=0.0))
+    stored_columns = [k for k, name in enumerate(model.columns) if name in table.columns]
+    return float(
+        np.abs(drawn[:, : len(stored_columns)] - states[:, stored_columns]).max(initial=0.0)
+    )

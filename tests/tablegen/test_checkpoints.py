@@ -40,11 +40,11 @@ def left(output):
 class TestStore:
     def test_returns_the_saved_arrays(self, store):
         store.save(KEY, ARRAYS)
-        found = store.load(KEY)
-        assert found.keys() == ARRAYS.keys()
+        loaded = store.load(KEY)
+        assert loaded.keys() == ARRAYS.keys()
         for name, values in ARRAYS.items():
-            np.testing.assert_array_equal(found[name], values)
-            assert found[name].dtype == values.dtype
+            np.testing.assert_array_equal(loaded[name], values)
+            assert loaded[name].dtype == values.dtype
         assert store.load("another key") is None
 
     def test_lies_next_to_the_output_until_it_is_removed(self, store, output):
@@ -135,8 +135,8 @@ class TestRun:
 
         tasks = {f"{n}": Task(slow, (n,)) for n in range(3)}
         with ThreadPoolExecutor(3) as pool:
-            found = TaskRunner(executor=pool).run("squares", tasks)
-        assert [int(arrays["square"]) for arrays in found.values()] == [0, 1, 4]
+            loaded = TaskRunner(executor=pool).run("squares", tasks)
+        assert [int(arrays["square"]) for arrays in loaded.values()] == [0, 1, 4]
         assert TaskRunner().run("nothing", {}) == {}
 
     def test_a_failure_keeps_the_finished_results(self, store):
@@ -144,10 +144,10 @@ class TestRun:
         with ThreadPoolExecutor(1) as pool, pytest.raises(ZeroDivisionError):
             TaskRunner(store, pool).run("squares", tasks)
         runner = TaskRunner(store)
-        found = runner.run("squares", {k: Task(failing, (0,)) for k in squares(2, 3)})
-        assert [int(arrays["square"]) for arrays in found.values()] == [4, 9]
+        loaded = runner.run("squares", {k: Task(failing, (0,)) for k in squares(2, 3)})
+        assert [int(arrays["square"]) for arrays in loaded.values()] == [4, 9]
         # the time of finished pieces counts
-        assert runner.seconds == sum(float(arrays[SECONDS]) for arrays in found.values()) > 0.0
+        assert runner.seconds == sum(float(arrays[SECONDS]) for arrays in loaded.values()) > 0.0
 
     def test_results_are_reported_and_change_the_note(self, terminal, store, capsys):
         runner = TaskRunner(store, progress=True)
@@ -165,8 +165,8 @@ class TestRun:
         assert "largest 9" in shown
 
     def test_worker_with_other_software_is_refused(self, monkeypatch):
-        said = iter(["rebound-tables 0.1", "rebound-tables 0.2"])
-        monkeypatch.setattr("tablegen.checkpoints.software", lambda: next(said))
+        versions = iter(["rebound-tables 0.1", "rebound-tables 0.2"])
+        monkeypatch.setattr("tablegen.checkpoints.software", lambda: next(versions))
         with pytest.raises(InputError, match=r"got one with rebound-tables 0.2, allowed: .*0\.1"):
             TaskRunner().run("squares", squares(2))
 

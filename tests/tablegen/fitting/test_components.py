@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from tablegen.fitting.components import LEAST_SHARE, alias_table, allocate_components, class_of
+from tablegen.fitting.components import (
+    LEAST_SHARE,
+    alias_table,
+    allocate_components,
+    rebound_classes,
+)
 
 RNG = np.random.default_rng(5)
 
@@ -19,15 +24,15 @@ LAWS = {
 @pytest.mark.parametrize("rare", [1, 2])
 def test_a_class_too_small_to_be_fitted_joins_the_other(rare):
     usual = 3 - rare
-    assert class_of(np.tile([1, 2, 1, 7], 100)).tolist() == [0, 1, 0, 1] * 100
+    assert rebound_classes(np.tile([1, 2, 1, 7], 100)).tolist() == [0, 1, 0, 1] * 100
     collisions = np.full(100_000, usual)
     least = int(LEAST_SHARE * len(collisions))
     collisions[: least - 1] = rare
-    assert set(class_of(collisions)) == {usual - 1}
+    assert set(rebound_classes(collisions)) == {usual - 1}
     collisions[:least] = rare
-    assert np.bincount(class_of(collisions))[rare - 1] == least
+    assert np.bincount(rebound_classes(collisions))[rare - 1] == least
     # ten points are a tenth of a hundred, but too few
-    assert set(class_of(np.array([rare] * 10 + [usual] * 90))) == {usual - 1}
+    assert set(rebound_classes(np.array([rare] * 10 + [usual] * 90))) == {usual - 1}
 
 
 def test_all_components_are_allocated_by_the_stated_power():
@@ -41,7 +46,7 @@ def test_all_components_are_allocated_by_the_stated_power():
     assert sum(allocate_components(1, (500, 500))) == 1
 
 
-def held_law(weight):
+def law_of_columns(weight):
     """Probabilities that the columns of an alias table add up to."""
     probability, alias = alias_table(weight)
     stay = probability / 65536.0
@@ -54,6 +59,8 @@ def test_columns_of_an_alias_table_add_up_to_the_weights(name):
     weight = LAWS[name]
     # Each probability is rounded to 16 bits, half a unit of 2**-16, and is divided by the number
     # of columns: the sum of all errors is below 2**-17.
-    np.testing.assert_allclose(held_law(weight), weight / weight.sum(), rtol=0.0, atol=2.0**-17)
+    np.testing.assert_allclose(
+        law_of_columns(weight), weight / weight.sum(), rtol=0.0, atol=2.0**-17
+    )
     if name == "random":
-        assert np.abs(held_law(weight[::-1]) - weight).max() > 2.0**-17
+        assert np.abs(law_of_columns(weight[::-1]) - weight).max() > 2.0**-17

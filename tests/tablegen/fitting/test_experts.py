@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from tablegen.fitting.expectation import (
-    add_densities,
     add_products,
     find_curvatures,
     find_shares,
     softmax,
+    write_log_densities,
 )
 from tablegen.fitting.experts import Experts, expectation, fit_experts
 from tablegen.fitting.spin_coordinates import features
@@ -24,9 +24,9 @@ def softmax_of(logits):
 def test_shares_and_derivatives_of_the_likelihood():
     n, groups, each, d = 30, 3, 4, 6
     logits = RNG.normal(0.0, 3.0, (2, 16, 40)).astype(np.float32)
-    wanted = softmax_of(logits.swapaxes(1, 2)).swapaxes(1, 2)
+    expected = softmax_of(logits.swapaxes(1, 2)).swapaxes(1, 2)
     softmax(logits)
-    np.testing.assert_allclose(logits, wanted, rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(logits, expected, rtol=1e-5, atol=1e-7)
     white = RNG.normal(size=(n, d, groups * each)).astype(np.float32)
     constant = RNG.normal(size=groups * each).astype(np.float32)
     top, sub = RNG.normal(size=(n, groups)), RNG.normal(size=(n, groups, each))
@@ -40,20 +40,20 @@ def test_shares_and_derivatives_of_the_likelihood():
     group = np.ascontiguousarray(softmax_of(top).T, dtype=np.float32)
     expert = np.ascontiguousarray(softmax_of(sub).reshape(n, -1).T, dtype=np.float32)
     share = np.empty_like(expert)
-    add_densities(np.ascontiguousarray(white.reshape(n, -1).T), constant, share)
+    write_log_densities(np.ascontiguousarray(white.reshape(n, -1).T), constant, share)
     by_group, by_expert = np.empty_like(group), np.empty_like(expert)
     total = find_shares(share, group, expert, by_group, by_expert)
-    wanted, shares = likelihood(top, sub)
-    assert total == pytest.approx(wanted.sum(), rel=1e-5)
+    expected, shares = likelihood(top, sub)
+    assert total == pytest.approx(expected.sum(), rel=1e-5)
     np.testing.assert_allclose(share.T.reshape(shares.shape), shares, atol=1e-5)
     step = 1e-5
     for g in range(groups):
         moved, inner = top.copy(), sub.copy()
         moved[:, g] += step
-        slope = (likelihood(moved, sub)[0] - wanted) / step
+        slope = (likelihood(moved, sub)[0] - expected) / step
         np.testing.assert_allclose(by_group[g], slope, atol=1e-3)
         inner[:, g, 1] += step
-        slope = (likelihood(top, inner)[0] - wanted) / step
+        slope = (likelihood(top, inner)[0] - expected) / step
         np.testing.assert_allclose(by_expert[g * each + 1], slope, atol=1e-3)
     find_curvatures(share, group, expert, by_group, by_expert)
     np.testing.assert_allclose(by_group, group * (1.0 - group), rtol=1e-5)
@@ -87,12 +87,12 @@ def test_sums_of_products():
     weight, vectors = RNG.random((count, n)), RNG.normal(size=(n, width))
     weight[weight < 0.3], weight[2] = 1e-3, 0.0
     kept = np.where(weight < 0.1, 0.0, weight)
-    wanted = np.triu(np.einsum("kn,na,nb->kab", kept, vectors, vectors))
+    expected = np.triu(np.einsum("kn,na,nb->kab", kept, vectors, vectors))
     products = np.zeros((count, width, width))
     single = weight.astype(np.float32), vectors.astype(np.float32)
     for _ in range(2):
         add_products(*single, np.float32(0.1), products)
-    np.testing.assert_allclose(products, 2.0 * wanted, atol=1e-4)
+    np.testing.assert_allclose(products, 2.0 * expected, atol=1e-4)
 
 
 def test_a_known_law_is_recovered():

@@ -10,46 +10,54 @@ from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.config.mesh import MeshFile
 from tablegen.fitting.law_conditions import (
-    Range,
+    LawRange,
     chain_impacts,
+    covered_range,
+    draw_grains,
     draw_ratios,
-    grains_of,
+    grain_moments,
     inertia_coefficients,
     least_inertia,
-    moments_of,
-    neighbours,
+    neighbouring_impacts,
     nonspinning_impacts,
     ratio_range,
     spinning_impacts,
     spread_impacts,
 )
-from tablegen.fitting.spin_coordinates import SPIN_RANGE, inertia_at, kappa_at, kappa_of
+from tablegen.fitting.spin_coordinates import (
+    SPIN_RANGE,
+    inertia_from_kappa,
+    kappa_from_inertia,
+    kappa_from_place,
+)
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import depart, effective_speed
 
 CONFIG = load_config("corundum-steel")
-DOMAIN = Range.of(CONFIG)
+DOMAIN = covered_range(CONFIG)
 N = 4000
 PRISM = SHAPE_CODES["prism"]
 
 
 def of_prisms(impacts):
-    return moments_of(CONFIG.population, PRISM, impacts.grain[:, 1:])
+    return grain_moments(CONFIG.population, PRISM, impacts.grain[:, 1:])
 
 
 @pytest.fixture(scope="module")
 def spread():
     rng = np.random.default_rng(1)
-    grains = grains_of(CONFIG.population, PRISM, N, rng)
-    return spread_impacts(DOMAIN, grains, moments_of(CONFIG.population, PRISM, grains[:, 1:]), rng)
+    grains = draw_grains(CONFIG.population, PRISM, N, rng)
+    return spread_impacts(
+        DOMAIN, grains, grain_moments(CONFIG.population, PRISM, grains[:, 1:]), rng
+    )
 
 
 @pytest.fixture(scope="module")
 def chains():
     """Twenty impacts of each of 200 prisms, hit after hit."""
     rng = np.random.default_rng(2)
-    grains = grains_of(CONFIG.population, PRISM, N // 20, rng)
+    grains = draw_grains(CONFIG.population, PRISM, N // 20, rng)
     return chain_impacts(DirectModel(CONFIG), DOMAIN, grains, 21, int, rng)
 
 
@@ -69,9 +77,9 @@ def check_range(impacts):
 def test_range_is_that_of_the_law_whatever_the_first_impacts_are():
     assert ((math.radians(0.05), math.pi / 2.0), (5.0, 300.0), (5.0, 600.0)) == DOMAIN
     narrow = CONFIG.with_changes({"domain": {"alpha_deg": [30.0, 60.0], "speed": [60.0, 100.0]}})
-    assert Range.of(narrow) == (DOMAIN.alpha, (60.0, 100.0), (60.0, 200.0))
+    assert covered_range(narrow) == (DOMAIN.alpha, (60.0, 100.0), (60.0, 200.0))
     flat = CONFIG.with_changes({"domain": {"alpha_deg": [0.01, 60.0]}})
-    assert Range.of(flat).alpha == (math.radians(0.01), math.pi / 2.0)
+    assert covered_range(flat).alpha == (math.radians(0.01), math.pi / 2.0)
 
 
 def shares(values, edges):
@@ -99,7 +107,7 @@ class TestSpread:
         assert counts[:4].sum() > 0.6
 
     def test_inertias_fill_the_range(self, spread):
-        kappa = kappa_of(spread.inertia, of_prisms(spread))
+        kappa = kappa_from_inertia(spread.inertia, of_prisms(spread))
         assert (shares(kappa, np.linspace(0.0, 1.0, 11)) > 0.04).all()
         assert kappa.min() < 0.01
         assert kappa.max() > 0.99
@@ -144,16 +152,16 @@ class TestChains:
     def test_inertias_after_first_hits_are_those_of_any_orientation(self, chains):
         """They turn about their long axis less than uniform orientations would."""
         _, after = chains
-        grains = grains_of(CONFIG.population, PRISM, N // 20, np.random.default_rng(2))
-        moments = moments_of(CONFIG.population, PRISM, grains[:, 1:])
-        kappa = kappa_of(after, moments)
+        grains = draw_grains(CONFIG.population, PRISM, N // 20, np.random.default_rng(2))
+        moments = grain_moments(CONFIG.population, PRISM, grains[:, 1:])
+        kappa = kappa_from_inertia(after, moments)
         assert ((after > 0.0) & (kappa >= 0.0) & (kappa <= 1.0)).all()
         assert np.median(kappa) > 0.5
 
     def test_neighbours_lie_around_them(self, chains):
         impacts = chains[0].of(chains[0].inertia > 0.0)
         moments = of_prisms(impacts)
-        near = neighbours(impacts, DOMAIN, moments, np.random.default_rng(3))
+        near = neighbouring_impacts(impacts, DOMAIN, moments, np.random.default_rng(3))
         check_range(near)
         sizes = [np.linalg.norm(some.spin, axis=1) for some in (near, impacts)]
         ratio = sizes[0] / sizes[1]
@@ -163,13 +171,15 @@ class TestChains:
         assert np.median(cosine) > 0.97
         change = np.log(near.alpha1 / impacts.alpha1)
         assert 0.2 < change.std() < 0.6
-        moved = kappa_of(near.inertia, moments) - kappa_of(impacts.inertia, moments)
+        moved = kappa_from_inertia(near.inertia, moments) - kappa_from_inertia(
+            impacts.inertia, moments
+        )
         assert 0.02 < np.abs(moved).mean() < 0.1
 
 
 def test_impacts_without_spin_fill_the_range():
     rng = np.random.default_rng(4)
-    impacts = nonspinning_impacts(DOMAIN, grains_of(CONFIG.population, PRISM, N, rng), rng)
+    impacts = nonspinning_impacts(DOMAIN, draw_grains(CONFIG.population, PRISM, N, rng), rng)
     assert not impacts.spin.any()
     assert not impacts.inertia.any()
     assert (
@@ -204,9 +214,9 @@ def test_spinning_impacts_are_of_chains_their_neighbours_and_all_others():
 def test_the_direct_model_simulates_every_spread_impact():
     """In the widest domain, too."""
     rng, model = np.random.default_rng(6), DirectModel(CONFIG)
-    grains = grains_of(CONFIG.population, PRISM, 300, rng)
-    moments = moments_of(CONFIG.population, PRISM, grains[:, 1:])
-    domain = Range((math.radians(1e-3), math.pi / 2.0), (1e-3, 1e4), (1e-3, 2e4))
+    grains = draw_grains(CONFIG.population, PRISM, 300, rng)
+    moments = grain_moments(CONFIG.population, PRISM, grains[:, 1:])
+    domain = LawRange((math.radians(1e-3), math.pi / 2.0), (1e-3, 1e4), (1e-3, 2e4))
     impacts = spread_impacts(domain, grains, moments, rng)
     assert np.isfinite(depart(model, impacts, 1, threads=1).states).all()
 
@@ -237,21 +247,23 @@ def test_spheres_fixed_grains_and_meshes_keep_their_ratios():
 def test_moments_are_those_of_the_model(shape):
     code, population = SHAPE_CODES[shape], CONFIG.population
     ratios = np.array([[1.0, 1.0]]) if shape == "sphere" else np.array([[0.9, 0.6], [0.5, 1.0]])
-    moments = moments_of(population, code, ratios)
+    moments = grain_moments(population, code, ratios)
     for k, (b, c) in enumerate(ratios):
-        wanted = np.sort(inertia(code, b, b * c, population.truncation))
-        np.testing.assert_allclose([moments.smallest[k], moments.largest[k]], wanted[[0, 2]])
+        expected = np.sort(inertia(code, b, b * c, population.truncation))
+        np.testing.assert_allclose([moments.smallest[k], moments.largest[k]], expected[[0, 2]])
 
 
 def test_moments_of_meshes_and_the_least_of_a_population():
     mesh = box_population(CONFIG.population)
-    moments = moments_of(mesh, FIRST_MESH, np.array([[0.8, 0.5]]))
+    moments = grain_moments(mesh, FIRST_MESH, np.array([[0.8, 0.5]]))
     b, c = 0.8, 0.4
     np.testing.assert_allclose(moments.largest, (1.0 + b * b) / 3.0, rtol=1e-6)
     np.testing.assert_allclose(moments.smallest, (b * b + c * c) / 3.0, rtol=1e-6)
     assert least_inertia(mesh) == pytest.approx((b * b + c * c) / 3.0, rel=1e-6)
     codes = CONFIG.population.kernel_arguments().shape_codes
-    thinnest = [moments_of(CONFIG.population, int(code), np.array([[0.5, 0.5]])) for code in codes]
+    thinnest = [
+        grain_moments(CONFIG.population, int(code), np.array([[0.5, 0.5]])) for code in codes
+    ]
     least = min(float(moments.smallest[0]) for moments in thinnest)
     assert least_inertia(CONFIG.population) == pytest.approx(least)
     assert inertia_coefficients(CONFIG.population, PRISM) == pytest.approx((1 / 3, 1 / 3))
@@ -262,8 +274,12 @@ def test_spins_of_any_direction_in_a_grain_have_uniform_places():
     rng = np.random.default_rng(9)
     direction = rng.standard_normal((1000, 3))
     direction /= np.linalg.norm(direction, axis=1)[:, None]
-    moments = moments_of(CONFIG.population, PRISM, np.tile([1.0, 0.5], (1000, 1)))
+    moments = grain_moments(CONFIG.population, PRISM, np.tile([1.0, 0.5], (1000, 1)))
     square = direction[:, 2] ** 2  # of the angular momentum, along the short axis
     k = 1.0 / (square / moments.largest + (1.0 - square) / moments.smallest)
-    np.testing.assert_allclose(kappa_of(k, moments), kappa_at(direction[:, 2] ** 2), atol=1e-7)
-    np.testing.assert_allclose(inertia_at(kappa_at(direction[:, 2] ** 2), moments), k)
+    np.testing.assert_allclose(
+        kappa_from_inertia(k, moments), kappa_from_place(direction[:, 2] ** 2), atol=1e-7
+    )
+    np.testing.assert_allclose(
+        inertia_from_kappa(kappa_from_place(direction[:, 2] ** 2), moments), k
+    )

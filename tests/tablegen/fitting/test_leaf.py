@@ -59,8 +59,8 @@ def test_draws_follow_the_law_over_the_leaf_and_at_each_condition(leaf, root_ang
     distances = [ks_2samp(*pair).statistic for pair in pairs]
     assert max(distances) < (0.02 if whole else 0.05)
     # the dependence between outcomes, too
-    rest = [ks_2samp(*(x[:, 2] - x[:, 0] for x in (drawn, known.outcomes))).statistic]
-    assert max(rest) < 0.05
+    differences = [ks_2samp(*(x[:, 2] - x[:, 0] for x in (drawn, known.outcomes))).statistic]
+    assert max(differences) < 0.05
     if not whole:  # and at another angle the law is another one
         other = rebounds(np.random.default_rng(2), root_angle + 0.2).outcomes
         assert ks_2samp(drawn[:, 0], other[:, 0]).statistic > 0.1

@@ -10,7 +10,7 @@ from tablegen.fitting.marginals import (
     mixture_probabilities,
     normal_scores,
     quantile_knots,
-    rounded_quantiles,
+    round_quantiles,
     variate_knots,
 )
 from tablegen.fitting.mixture import Mixture
@@ -43,21 +43,21 @@ class TestScores:
         order = channels.copy()
         order[7] += 1e-12
         expected = ndtri((rankdata(order, axis=0) - 0.5) / 1001)
-        found = normal_scores(channels)
-        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-13)
+        computed = normal_scores(channels)
+        np.testing.assert_allclose(computed, expected, rtol=0.0, atol=1e-13)
 
 
 def test_probabilities_are_the_sum_over_components_and_their_reflections():
     variates = np.linspace(-5.5, 5.5, 129)
-    found = mixture_probabilities(TWO_PEAKS, variates)
+    computed = mixture_probabilities(TWO_PEAKS, variates)
     first = 0.3 * norm.cdf(variates, -1.2, 0.4) + 0.7 * norm.cdf(variates, 0.8, 0.9)
-    np.testing.assert_allclose(found[0], first, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(computed[0], first, rtol=1e-12, atol=1e-15)
     low, high = norm.cdf(variates, 0.9, 0.5), norm.cdf(variates, -0.9, 0.5)
     second = 0.3 * (0.5 * low + 0.5 * high)
     low, high = norm.cdf(variates, 0.2, 1.1), norm.cdf(variates, -0.2, 1.1)
     second += 0.7 * (0.75 * low + 0.25 * high)
-    np.testing.assert_allclose(found[1], second, rtol=1e-12, atol=1e-15)
-    assert (np.diff(found, axis=1) >= 0.0).all()
+    np.testing.assert_allclose(computed[1], second, rtol=1e-12, atol=1e-15)
+    assert (np.diff(computed, axis=1) >= 0.0).all()
 
 
 class TestQuantiles:
@@ -94,7 +94,7 @@ class TestRounding:
     ).astype(np.float32)
 
     def test_changes_probabilities_little_and_keeps_order_ends_and_atoms(self):
-        after = rounded_quantiles(self.BEFORE)
+        after = round_quantiles(self.BEFORE)
         for old, new in zip(self.BEFORE.astype(float), after.astype(float), strict=True):
             rising = np.append(np.diff(old) > 0.0, True)
             probabilities = norm.cdf(self.KNOTS)[rising]

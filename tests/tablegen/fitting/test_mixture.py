@@ -114,15 +114,15 @@ def test_components_and_reflections_are_found():
     tolerance = 6.0 * np.sqrt(2.0 / (0.2 * COUNT)) * 0.8 + 0.01
     z = sample_mixture(TRUTH, COUNT, np.random.default_rng(12))
     start = replace(TRUTH, mean=TRUTH.mean + 0.3, reflection=np.array([0.4, 0.4, 0.6]))
-    found, _ = improve(start, z, 100)
+    fitted, _ = improve(start, z, 100)
     for name in ("weight", "mean", "covariance", "reflection"):
-        assert np.abs(getattr(found, name) - getattr(TRUTH, name)).max() < tolerance, name
+        assert np.abs(getattr(fitted, name) - getattr(TRUTH, name)).max() < tolerance, name
     # refused: the start, components in another order, equal probabilities of reflection
     assert np.abs(start.mean - TRUTH.mean).max() > tolerance
-    assert np.abs(found.mean[::-1] - TRUTH.mean).max() > tolerance
-    symmetric = replace(found, reflection=np.full(3, 0.5))
+    assert np.abs(fitted.mean[::-1] - TRUTH.mean).max() > tolerance
+    symmetric = replace(fitted, reflection=np.full(3, 0.5))
     fresh = sample_mixture(TRUTH, COUNT, np.random.default_rng(32))
-    assert log_density(found, fresh) - log_density(symmetric, fresh) > 0.05
+    assert log_density(fitted, fresh) - log_density(symmetric, fresh) > 0.05
 
 
 def test_fit_is_as_likely_as_the_truth_on_fresh_points():

@@ -29,17 +29,17 @@ def test_shapes_share_the_leaves_of_a_preset():
     assert ellipsoids.leaves == pytest.approx(2 * four[PRISM].leaves, abs=1)
     whole = ellipsoids.leaves + 3 * four[PRISM].leaves
     assert preset.leaves <= whole < preset.leaves + 4
-    both = ALONE | {"prism": 0.5, "sphere": 0.5}
-    shares = spin_sizes(ROUGH.with_changes({"population": {"shapes": both}}))
+    two_shapes = ALONE | {"prism": 0.5, "sphere": 0.5}
+    shares = spin_sizes(ROUGH.with_changes({"population": {"shapes": two_shapes}}))
     assert shares[SPHERE].leaves < shares[PRISM].leaves / 3
 
 
 def test_a_configuration_names_the_sizes_of_a_shape():
     sizes = {"spin_leaves": 8, "spin_groups": 3, "spin_experts": 5, "spin_rebounds": 2000}
-    found = spin_sizes(ROUGH.with_changes({"table": sizes}))
-    assert {(own.leaves, *own[2:5]) for own in found.values()} == {(8, 3, 5, 2000)}
-    assert all(own.nonspinning_leaves <= 8 for own in found.values())
-    assert all(own.conditions(own.leaves) >= 1000 for own in found.values())
+    sizes_by_shape = spin_sizes(ROUGH.with_changes({"table": sizes}))
+    assert {(own.leaves, *own[2:5]) for own in sizes_by_shape.values()} == {(8, 3, 5, 2000)}
+    assert all(own.nonspinning_leaves <= 8 for own in sizes_by_shape.values())
+    assert all(own.conditions(own.leaves) >= 1000 for own in sizes_by_shape.values())
 
 
 def test_a_file_has_room_for_the_experts_of_a_preset():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tablegen.fitting.rounding import rounded, rounded_together
+from tablegen.fitting.rounding import round_to_multiples, round_together
 
 UNIT, STEPS = 2048, np.array([1, *[128] * 3, *[256] * 6])
 
@@ -26,9 +26,10 @@ def change(phi, values, whole):
 
 def test_sums_change_less(case):
     phi, values, weight = case
-    together = rounded_together(values, weight, UNIT, STEPS)
+    together = round_together(values, weight, UNIT, STEPS)
     alone = np.stack(
-        [rounded(values[..., k], UNIT, int(step)) for k, step in enumerate(STEPS)], axis=-1
+        [round_to_multiples(values[..., k], UNIT, int(step)) for k, step in enumerate(STEPS)],
+        axis=-1,
     )
     assert change(phi, values, together) < 0.3 * change(phi, values, alone)
     assert (together % STEPS == 0).all()
@@ -37,4 +38,4 @@ def test_sums_change_less(case):
 def test_steps_of_one_change_nothing_more(case):
     phi, values, weight = case
     fine = np.ones_like(STEPS)
-    assert change(phi, values, rounded_together(values, weight, UNIT, fine)) < 2.0 / UNIT
+    assert change(phi, values, round_together(values, weight, UNIT, fine)) < 2.0 / UNIT

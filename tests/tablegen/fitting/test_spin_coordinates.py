@@ -11,20 +11,20 @@ from spin_tables import with_spin_law
 from sampler import Table
 from sampler.formats.bounds import FOLD, MEAN_UNIT, N_FEATURES, SCORE_MAX, SPIN_CORE
 from tablegen.config.config import load_config
-from tablegen.fitting.law_conditions import inertia_coefficients, moments_of
+from tablegen.fitting.law_conditions import grain_moments, inertia_coefficients
 from tablegen.fitting.spin_coordinates import (
     INPUT_SIGNS,
     OUTCOME_SIGNS,
     Moments,
     SpeedCoordinate,
+    choose_reflected,
     features,
-    inertia_at,
-    inputs_of,
-    kappa_of,
-    normal_share,
-    outcomes_of,
-    reflected,
-    turned_by_chance,
+    impact_inputs,
+    inertia_from_kappa,
+    kappa_from_inertia,
+    normal_work_outcome,
+    rebound_outcomes,
+    reflect,
     used_features,
 )
 from tablegen.simulation.direct import DirectModel
@@ -39,15 +39,15 @@ CONTENTS = with_spin_law(works(), codes=CODES)
 CONTENTS["spin/shape_inertia"][:] = [inertia_coefficients(POPULATION, code) for code in CODES]
 
 
-def made_impacts(seed=1, code=1, spin=1.0):
+def random_impacts(seed=1, code=1, spin=1.0):
     """Impacts of a shape within the law of `CONTENTS`, whose spins lie on either side."""
     rng = np.random.default_rng(seed)
     ratios = rng.uniform(0.5, 1.0, (N, 2))
     grain = np.column_stack([np.full(N, float(code)), ratios])
-    moments = moments_of(POPULATION, code, ratios)
+    moments = grain_moments(POPULATION, code, ratios)
     index, hit = np.arange(N, dtype=np.uint64), np.ones(N, dtype=np.uint32)
     spins = spin * rng.normal(0.0, 1.0, (N, 3))
-    inertia = inertia_at(rng.uniform(0.0, 1.0, N), moments)
+    inertia = inertia_from_kappa(rng.uniform(0.0, 1.0, N), moments)
     alpha1 = np.radians(rng.uniform(*CONTENTS["axes/alpha_deg"][[0, -1]], N))
     speed = rng.uniform(*CONTENTS["axes/speed"][[0, -1]], N) / energy_factor(spins, inertia)
     return Impacts(alpha1, speed, spins, inertia, grain, index, hit), moments
@@ -59,34 +59,44 @@ class TestKappa:
     def test_is_the_inverse_of_the_inertia(self):
         kappa = np.random.default_rng(2).uniform(0.0, 1.0, N)
         kappa[:3] = 0.0, 1.0, 0.5
-        inertia = inertia_at(kappa, self.MOMENTS)
+        inertia = inertia_from_kappa(kappa, self.MOMENTS)
         assert (inertia >= self.MOMENTS.smallest * (1.0 - 1e-15)).all()
         assert (inertia <= self.MOMENTS.largest * (1.0 + 1e-15)).all()
         # a rounding of the inertia is the square root of it in kappa
-        np.testing.assert_allclose(kappa_of(inertia, self.MOMENTS), kappa, rtol=0.0, atol=1e-7)
-        np.testing.assert_allclose(inertia_at(np.zeros(N), self.MOMENTS), self.MOMENTS.smallest)
-        np.testing.assert_allclose(inertia_at(np.ones(N), self.MOMENTS), self.MOMENTS.largest)
+        np.testing.assert_allclose(
+            kappa_from_inertia(inertia, self.MOMENTS), kappa, rtol=0.0, atol=1e-7
+        )
+        np.testing.assert_allclose(
+            inertia_from_kappa(np.zeros(N), self.MOMENTS), self.MOMENTS.smallest
+        )
+        np.testing.assert_allclose(
+            inertia_from_kappa(np.ones(N), self.MOMENTS), self.MOMENTS.largest
+        )
 
     def test_is_that_of_the_draw(self):
         kappa = np.random.default_rng(3).uniform(0.0, 1.0, N)
-        inertia = inertia_at(kappa, self.MOMENTS)
+        inertia = inertia_from_kappa(kappa, self.MOMENTS)
         ends = list(zip(self.MOMENTS.smallest, self.MOMENTS.largest, strict=True))
-        wanted = [reference_inertia(x, *two) for x, two in zip(kappa, ends, strict=True)]
-        np.testing.assert_allclose(inertia, wanted, rtol=1e-13)
-        wanted = [reference_kappa(x, *two) for x, two in zip(inertia, ends, strict=True)]
-        np.testing.assert_allclose(kappa_of(inertia, self.MOMENTS), wanted, rtol=0.0, atol=1e-12)
+        expected = [reference_inertia(x, *two) for x, two in zip(kappa, ends, strict=True)]
+        np.testing.assert_allclose(inertia, expected, rtol=1e-13)
+        expected = [reference_kappa(x, *two) for x, two in zip(inertia, ends, strict=True)]
+        np.testing.assert_allclose(
+            kappa_from_inertia(inertia, self.MOMENTS), expected, rtol=0.0, atol=1e-12
+        )
 
     def test_of_inertias_beyond_the_moments_is_that_of_the_nearest(self):
         least, most = self.MOMENTS.smallest, self.MOMENTS.largest
-        np.testing.assert_array_equal(kappa_of(0.99 * least, self.MOMENTS), 0.0)
-        np.testing.assert_array_equal(kappa_of(1.01 * most, self.MOMENTS), 1.0)
+        np.testing.assert_array_equal(kappa_from_inertia(0.99 * least, self.MOMENTS), 0.0)
+        np.testing.assert_array_equal(kappa_from_inertia(1.01 * most, self.MOMENTS), 1.0)
 
     def test_of_spheres_and_cubes_is_a_half(self):
-        moments = moments_of(POPULATION, 1, np.ones((2, 2)))
+        moments = grain_moments(POPULATION, 1, np.ones((2, 2)))
         np.testing.assert_allclose(moments, 2.0 / 3.0)
         inertia = np.array([0.5, 2.0 / 3.0])
-        np.testing.assert_array_equal(kappa_of(inertia, moments), 0.5)
-        np.testing.assert_array_equal(inertia_at(np.array([0.0, 1.0]), moments), moments.largest)
+        np.testing.assert_array_equal(kappa_from_inertia(inertia, moments), 0.5)
+        np.testing.assert_array_equal(
+            inertia_from_kappa(np.array([0.0, 1.0]), moments), moments.largest
+        )
 
     def test_grows_as_the_angle_from_the_axis_at_both_ends(self):
         # a spin at the angle t from an axis of a grain with two equal moments
@@ -95,15 +105,15 @@ class TestKappa:
         for square, kappa in ((np.sin(angle) ** 2, 1.0), (np.cos(angle) ** 2, 0.0)):
             # |L|^2 / 2T of angular velocities J^-1 L, with L along the angle
             inertia = 1.0 / (square / 0.1 + (1.0 - square) / 0.4)
-            near = np.abs(kappa_of(inertia, ends) - kappa)
+            near = np.abs(kappa_from_inertia(inertia, ends) - kappa)
             np.testing.assert_allclose(near, angle, rtol=1e-3)
 
 
 class TestInputs:
     def test_are_bounded_and_keep_the_direction_of_any_spin(self):
-        impacts, moments = made_impacts()
+        impacts, moments = random_impacts()
         impacts = impacts._replace(spin=impacts.spin * np.geomspace(1e-9, 1e6, N)[:, None])
-        inputs = inputs_of(impacts, moments, SPEED)
+        inputs = impact_inputs(impacts, moments, SPEED)
         assert np.isfinite(inputs).all()
         sigma, size = inputs[:, 2:5], np.linalg.norm(impacts.spin, axis=1)
         length = np.linalg.norm(sigma, axis=1)
@@ -112,15 +122,15 @@ class TestInputs:
         np.testing.assert_allclose(length[size < 1e-6], SPIN_CORE, rtol=1e-4)
 
     def test_without_a_spin_have_no_kappa(self):
-        impacts, moments = made_impacts(spin=0.0)
-        inputs = inputs_of(impacts._replace(inertia=np.zeros(N)), moments, SPEED)
+        impacts, moments = random_impacts(spin=0.0)
+        inputs = impact_inputs(impacts._replace(inertia=np.zeros(N)), moments, SPEED)
         np.testing.assert_array_equal(inputs[:, 2:6], 0.0)
-        np.testing.assert_array_equal(inputs[:, 1], SPEED.of(impacts.speed))
+        np.testing.assert_array_equal(inputs[:, 1], SPEED.transform(impacts.speed))
 
     @pytest.mark.parametrize("code", CODES)
     def test_are_those_of_the_draw(self, code):
-        impacts, moments = made_impacts(code=code)
-        inputs = inputs_of(impacts, moments, SPEED)
+        impacts, moments = random_impacts(code=code)
+        inputs = impact_inputs(impacts, moments, SPEED)
         for k in range(20):
             before = reference_before(
                 *(CONTENTS, impacts.speed[k], impacts.spin[k], impacts.inertia[k]),
@@ -128,20 +138,20 @@ class TestInputs:
             )
             _, _, kappa, energy, effective = before
             assert inputs[k, 5] == pytest.approx(kappa, abs=1e-12)
-            assert inputs[k, 1] == pytest.approx(SPEED.of(effective), rel=1e-12)
+            assert inputs[k, 1] == pytest.approx(SPEED.transform(effective), rel=1e-12)
             own = energy_factor(impacts.spin, impacts.inertia)[k]
             assert own**2 == pytest.approx(energy, rel=1e-12)
 
     def test_and_features_are_those_of_tables(self):
         """A table whose scores are one feature each gives that feature back."""
-        impacts, moments = made_impacts(4)
-        inputs = inputs_of(impacts, moments, SPEED)
-        turned = inputs[:, 2] < 0.0
-        wanted = features(reflected(inputs, turned, INPUT_SIGNS))
+        impacts, moments = random_impacts(4)
+        inputs = impact_inputs(impacts, moments, SPEED)
+        is_reflected = inputs[:, 2] < 0.0
+        expected = features(reflect(inputs, is_reflected, INPUT_SIGNS))
         apart = np.abs(inputs[:, 2]) > FOLD  # nearer to it, chance chooses the side
         for number in range(1, N_FEATURES):
             score = drawn_score(impacts, number)
-            np.testing.assert_allclose(score[apart], wanted[apart, number], atol=0.02, rtol=0.02)
+            np.testing.assert_allclose(score[apart], expected[apart, number], atol=0.02, rtol=0.02)
 
 
 def with_leaves(**arrays):
@@ -166,7 +176,7 @@ def drawn_score(impacts, number):
     after = np.empty(N)
     states = drawn_states(contents, impacts, after)
     energy = energy_factor(impacts.spin, impacts.inertia) ** 2
-    score = outcomes_of(states[:, :6], after, energy)[:, 5]
+    score = rebound_outcomes(states[:, :6], after, energy)[:, 5]
     return 4.0 * score / np.sqrt(1.0 - (score / SCORE_MAX) ** 2)
 
 
@@ -187,53 +197,57 @@ def drawn_states(contents, impacts, after):
 @pytest.mark.parametrize("code", CODES)
 def test_draws_make_the_simulated_rebounds_of_their_outcomes(code):
     """States, inertias and works, by the specification and by a table: to single precision."""
-    impacts, moments = made_impacts(7, code)
-    left = depart(DirectModel(load_config("corundum-steel")), impacts, 3, threads=1)
+    impacts, moments = random_impacts(7, code)
+    departures = depart(DirectModel(load_config("corundum-steel")), impacts, 3, threads=1)
     energy = energy_factor(impacts.spin, impacts.inertia) ** 2
-    outcomes = outcomes_of(left.states, left.inertia, energy)
+    outcomes = rebound_outcomes(departures.states, departures.inertia, energy)
     # energies add up: what is left of that before, less that of rotation, is what the wall took
     rest = energy / (1.0 + np.sum(outcomes[:, :3] ** 2, axis=1))
     taken = rest / (1.0 + np.sum(outcomes[:, 3:] ** 2, axis=1))
-    np.testing.assert_allclose(taken / energy, left.works.sum(axis=1) / energy, atol=1e-6)
+    np.testing.assert_allclose(taken / energy, departures.works.sum(axis=1) / energy, atol=1e-6)
     outcomes = np.column_stack(
-        [outcomes, kappa_of(left.inertia, moments), normal_share(left.works)]
+        [
+            outcomes,
+            kappa_from_inertia(departures.inertia, moments),
+            normal_work_outcome(departures.works),
+        ]
     )
-    sigma_x = inputs_of(impacts, moments, SPEED)[:, 2]
+    sigma_x = impact_inputs(impacts, moments, SPEED)[:, 2]
     signs = np.where((sigma_x < 0.0)[:, None], OUTCOME_SIGNS, 1.0)
     outcomes[:, :7] *= signs
-    wanted = np.column_stack([left.states, left.works])
+    expected = np.column_stack([departures.states, departures.works])
     for k in np.flatnonzero(np.abs(sigma_x) > FOLD)[:25]:
         contents = with_leaves(quantiles=outcomes[k, :, None])
         condition = impacts.alpha1[k], impacts.speed[k], impacts.spin[k], impacts.inertia[k]
         words = np.zeros(12, dtype=np.int64)
         *again, inertia = reference_spin_draw(contents, *condition, impacts.grain[k], words)
-        np.testing.assert_allclose(again, wanted[k], rtol=1e-6, atol=1e-6 * np.sqrt(energy[k]))
-        assert inertia == pytest.approx(left.inertia[k], rel=1e-7)
+        np.testing.assert_allclose(again, expected[k], rtol=1e-6, atol=1e-6 * np.sqrt(energy[k]))
+        assert inertia == pytest.approx(departures.inertia[k], rel=1e-7)
         one, after = impacts.of(slice(k, k + 1)), np.empty(1)
         drawn = drawn_states(contents, one, after)[0]
-        np.testing.assert_allclose(drawn, wanted[k], rtol=2e-4, atol=2e-4 * np.sqrt(energy[k]))
-        assert after[0] == pytest.approx(left.inertia[k], rel=1e-5)
+        np.testing.assert_allclose(drawn, expected[k], rtol=2e-4, atol=2e-4 * np.sqrt(energy[k]))
+        assert after[0] == pytest.approx(departures.inertia[k], rel=1e-5)
 
 
 def test_fold_is_the_reflection_in_the_impact_plane():
-    impacts, moments = made_impacts()
+    impacts, moments = random_impacts()
     inputs, image = (
-        inputs_of(impacts._replace(spin=impacts.spin * signs), moments, SPEED)
+        impact_inputs(impacts._replace(spin=impacts.spin * signs), moments, SPEED)
         for signs in ([1.0, 1.0, 1.0], [-1.0, -1.0, 1.0])
     )
     np.testing.assert_array_equal(image, inputs * INPUT_SIGNS)
-    once = reflected(inputs, inputs[:, 2] < 0.0, INPUT_SIGNS)
+    once = reflect(inputs, inputs[:, 2] < 0.0, INPUT_SIGNS)
     assert (once[:, 2] >= 0.0).all()
-    np.testing.assert_array_equal(once, reflected(image, image[:, 2] < 0.0, INPUT_SIGNS))
+    np.testing.assert_array_equal(once, reflect(image, image[:, 2] < 0.0, INPUT_SIGNS))
 
 
 def test_the_side_is_chosen_by_chance_near_the_fold_only():
     inputs = np.zeros((30_000, 8))
     inputs[:10_000, 2], inputs[10_000:20_000, 2], inputs[20_000:, 2] = FOLD, -FOLD, 0.5 * FOLD
-    turned = turned_by_chance(inputs, np.random.default_rng(5))
-    assert not turned[:10_000].any()
-    assert turned[10_000:20_000].all()
-    assert turned[20_000:].mean() == pytest.approx(0.25, abs=0.025)
+    is_reflected = choose_reflected(inputs, np.random.default_rng(5))
+    assert not is_reflected[:10_000].any()
+    assert is_reflected[10_000:20_000].all()
+    assert is_reflected[20_000:].mean() == pytest.approx(0.25, abs=0.025)
 
 
 def test_reflected_rebounds_have_reflected_outcomes():
@@ -241,17 +255,19 @@ def test_reflected_rebounds_have_reflected_outcomes():
     states, inertia = rng.normal(0.0, 0.3, (N, 6)), rng.uniform(0.1, 0.6, N)
     energy = 1.0 + inertia
     image = states * [1.0, 1.0, -1.0, -1.0, -1.0, 1.0]
-    outcomes, other = (outcomes_of(some, inertia, energy) for some in (states, image))
+    outcomes, other = (rebound_outcomes(some, inertia, energy) for some in (states, image))
     np.testing.assert_array_equal(other, outcomes * OUTCOME_SIGNS[:6])
 
 
 def test_a_rebound_without_a_loss_has_finite_outcomes():
     states = np.array([[0.8, 0.6, 0.0, 0.0, 0.0, 0.0], [0.6, 0.0, 0.0, 0.0, 0.0, 0.8]])
-    assert np.isfinite(outcomes_of(states, np.ones(2), np.ones(2))).all()
+    assert np.isfinite(rebound_outcomes(states, np.ones(2), np.ones(2))).all()
 
 
 def test_share_of_the_normal_work():
-    shares = normal_share(np.array([[2.0, 6.0], [0.0, 1.0], [1.0, 0.0], [0.0, 0.0], [-1e-9, 1.0]]))
+    shares = normal_work_outcome(
+        np.array([[2.0, 6.0], [0.0, 1.0], [1.0, 0.0], [0.0, 0.0], [-1e-9, 1.0]])
+    )
     np.testing.assert_allclose(shares**6, [0.25, 0.0, 1.0, 0.0, 0.0], atol=1e-12)
 
 

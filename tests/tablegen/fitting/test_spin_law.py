@@ -27,17 +27,17 @@ SPINNING = ROUGH.with_changes({"spin": True, "population": {"shapes": PRISMS}, "
 
 
 def test_does_not_depend_on_the_workers():
-    def made(config, threads=1):
+    def small_law(config, threads=1):
         with ThreadPoolExecutor(threads) as pool:
             return spin_law(config, TaskRunner(executor=pool), make_plan(config).spin)
 
     config = SPINNING.with_changes({"table": {"spin_leaves": 2}})
-    one, two = made(config), made(config, threads=3)
+    one, two = small_law(config), small_law(config, threads=3)
     paths = {dataset.path for dataset in SPIN_DATASETS if dataset.path.startswith(GROUP)}
     assert one.keys() == paths == two.keys()
     for path, values in one.items():
         np.testing.assert_array_equal(values, two[path])
-    again = made(config.with_changes({"table": {"seed": 6}}))
+    again = small_law(config.with_changes({"table": {"seed": 6}}))
     assert (one["spin/mean"] != again["spin/mean"]).any()
 
 
@@ -98,9 +98,9 @@ def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
     }
     config = SPINNING.with_changes(changes)
     table = generate(config, tmp_path / "t.h5", conditions=0).table
-    impacts, left, bound = chain_sample(config, -0.3)
+    impacts, departures, bound = chain_sample(config, -0.3)
     assert bound < 0.065
-    direct = np.column_stack([left.states, left.works, left.inertia])
+    direct = np.column_stack([departures.states, departures.works, departures.inertia])
 
     def drawn(turned=(1.0, 1.0, 1.0), inertia=impacts.inertia):
         after = np.empty(len(impacts.index))
@@ -158,4 +158,4 @@ def test_coordinate_of_the_speed_is_that_of_the_restitution_law_if_it_fits():
     config = SPINNING.with_changes(
         {"pair": {"restitution": constant}, "domain": {"extrapolate": True}}
     )
-    assert speed_coordinate(config).of(np.array([120.0])) == pytest.approx(0.5)
+    assert speed_coordinate(config).transform(np.array([120.0])) == pytest.approx(0.5)

@@ -7,7 +7,7 @@ from threadpoolctl import threadpool_limits
 
 from sampler.formats.bounds import CONDITIONS, N_CONDITIONS, NO_SPIN
 from tablegen.fitting.spin_coordinates import AXES, SPIN_AXIS
-from tablegen.fitting.tree import grow, joined
+from tablegen.fitting.tree import grow_tree, join_trees
 
 N = 6000
 
@@ -25,10 +25,10 @@ def outcomes_at(inputs, rng):
     return np.sin(inputs @ slopes) + 0.1 * rng.standard_normal((len(inputs), 7))
 
 
-def grown(inputs, wanted, outcomes=None):
+def grown(inputs, leaf_count, outcomes=None):
     rng = np.random.default_rng(5)
     outcomes = outcomes_at(inputs, rng) if outcomes is None else outcomes
-    return grow(inputs, outcomes.__getitem__, wanted, rng)
+    return grow_tree(inputs, outcomes.__getitem__, leaf_count, rng)
 
 
 def find_leaves(tree, inputs):
@@ -47,14 +47,14 @@ def test_every_condition_is_in_one_leaf():
     inputs = folded_inputs(N, np.random.default_rng(2))
     tree, leaves = grown(inputs, 12)
     assert len(leaves) == 12
-    found = find_leaves(tree, inputs)
+    leaf_numbers = find_leaves(tree, inputs)
     for number, leaf in enumerate(leaves):
-        assert set(leaf.rows[leaf.inside]) == set(np.flatnonzero(found == number))
+        assert set(leaf.rows[leaf.inside]) == set(np.flatnonzero(leaf_numbers == number))
         # some more lie beside it
         assert 0.0 < 1.0 - leaf.inside.mean() < 0.3
-    assert np.bincount(found).min() > N / 12 / 4
-    own = np.arange(len(tree.axis))[:, None]
-    assert ((tree.child < 0) | (tree.child > own)).all()
+    assert np.bincount(leaf_numbers).min() > N / 12 / 4
+    node_numbers = np.arange(len(tree.axis))[:, None]
+    assert ((tree.child < 0) | (tree.child > node_numbers)).all()
 
 
 @pytest.mark.parametrize("column", range(8))
@@ -106,13 +106,13 @@ def test_conditions_with_spin_have_leaves_of_their_own():
     first, second = grown(nonspinning, 3), grown(spinning, 8)
     # of any two trees, a single leaf among them
     for below, above, leaves in ((first, second, 3), (grown(nonspinning, 1), second, 1)):
-        tree = joined(below[0], leaves, above[0])
+        tree = join_trees(below[0], leaves, above[0])
         assert (tree.axis[0], tree.cut[0]) == (SPIN_AXIS, NO_SPIN)
-        found = find_leaves(tree, nonspinning)
-        np.testing.assert_array_equal(found < leaves, True)
+        leaf_numbers = find_leaves(tree, nonspinning)
+        np.testing.assert_array_equal(leaf_numbers < leaves, True)
         if leaves > 1:
-            np.testing.assert_array_equal(found, find_leaves(below[0], nonspinning))
-        found = find_leaves(tree, spinning)
-        np.testing.assert_array_equal(found, leaves + find_leaves(above[0], spinning))
-    alone = joined(first[0], 3, grown(spinning, 1)[0])
+            np.testing.assert_array_equal(leaf_numbers, find_leaves(below[0], nonspinning))
+        leaf_numbers = find_leaves(tree, spinning)
+        np.testing.assert_array_equal(leaf_numbers, leaves + find_leaves(above[0], spinning))
+    alone = join_trees(first[0], 3, grown(spinning, 1)[0])
     np.testing.assert_array_equal(find_leaves(alone, spinning), 3)

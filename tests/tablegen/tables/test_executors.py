@@ -41,8 +41,8 @@ def test_running_scheduler_is_used():
         open_executor("dask", scheduler=cluster.scheduler_address) as pool,
     ):
         tasks = {f"{n}": Task(dict, ([("number", np.array(n))],)) for n in range(4)}
-        found = TaskRunner(executor=pool).run("numbers", tasks)
-    assert [int(arrays["number"]) for arrays in found.values()] == [0, 1, 2, 3]
+        results = TaskRunner(executor=pool).run("numbers", tasks)
+    assert [int(arrays["number"]) for arrays in results.values()] == [0, 1, 2, 3]
 
 
 @needs_dask
@@ -93,7 +93,7 @@ def test_missing_package_is_one_line(refused, tmp_path, monkeypatch, engine, pac
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "expected"),
     [
         (("--executor", "cluster"), "'cluster'"),
         (("--workers", 0), "--workers: got '0'"),
@@ -107,6 +107,6 @@ def test_missing_package_is_one_line(refused, tmp_path, monkeypatch, engine, pac
         ),
     ],
 )
-def test_contradicting_arguments_are_refused(refused, tmp_path, words, said):
+def test_contradicting_arguments_are_refused(refused, tmp_path, words, expected):
     output = ("--output", tmp_path / "t.h5")
-    assert said in refused("generate", config_file(tmp_path), *output, *words)
+    assert expected in refused("generate", config_file(tmp_path), *output, *words)

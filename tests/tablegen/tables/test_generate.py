@@ -10,7 +10,7 @@ from sampler.formats.channels import WORKS, channels_for
 from tablegen.accuracy.validate import validate
 from tablegen.config.config import parse_config
 from tablegen.config.metric_table import METRICS
-from tablegen.fitting.marginals import rounded_quantiles
+from tablegen.fitting.marginals import round_quantiles
 from tablegen.fitting.node import fit_node
 from tablegen.tables.generate import generate
 from tablegen.tables.plan import make_plan
@@ -30,7 +30,7 @@ class TestFile:
         contents = tiny.generated.table.contents
         for i, j in np.ndindex(2, 2):
             node = fit_node(TINY, (35.0, 45.0)[i], (60.0, 300.0)[j])
-            stored = rounded_quantiles(node.quantiles)
+            stored = round_quantiles(node.quantiles)
             np.testing.assert_array_equal(contents["marginals/quantiles"][i, j], stored)
             for name in ("reflection", "mean", "cholesky", "alias_index", "first_of_class"):
                 stored = contents[f"dependence/{name}"][i, j]

@@ -25,7 +25,7 @@ def checkpoints(folder):
     return sorted(folder.glob("t.h5.parts/piece-*.npz"))
 
 
-def made(folder, patch, config=CONFIG, **options):
+def generate_table(folder, patch, config=CONFIG, **options):
     """Generate in this process; returns the conditions of the nodes that were fitted."""
     fitted = []
 
@@ -44,7 +44,7 @@ def whole(tmp_path_factory):
     """Bytes of a table that one thread made without a stop."""
     folder = tmp_path_factory.mktemp("whole")
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as pool:
-        assert len(made(folder, patch, executor=pool)) == NODES
+        assert len(generate_table(folder, patch, executor=pool)) == NODES
     return (folder / "t.h5").read_bytes()
 
 
@@ -58,9 +58,9 @@ def interrupted(tmp_path_factory):
             assert run.poll() is None, "it ended before three nodes were there"
             time.sleep(0.005)
         run.send_signal(signal.SIGINT)
-        _, said = run.communicate(timeout=60)
+        _, messages = run.communicate(timeout=60)
     assert run.returncode == INTERRUPTED
-    assert said.endswith(f"--resume continues from {folder}/t.h5.parts\n")
+    assert messages.endswith(f"--resume continues from {folder}/t.h5.parts\n")
     return folder
 
 
@@ -73,9 +73,9 @@ def left(interrupted, tmp_path):
     return checkpoints(tmp_path)
 
 
-def made_the_rest(folder, patch, whole):
+def generate_the_rest(folder, patch, whole):
     """Resume; returns the number of nodes that were fitted."""
-    fitted = made(folder, patch, resume=True)
+    fitted = generate_table(folder, patch, resume=True)
     assert len(fitted) == len(set(fitted))
     assert (folder / "t.h5").read_bytes() == whole
     assert not (folder / "t.h5.parts").exists()
@@ -86,24 +86,24 @@ def made_the_rest(folder, patch, whole):
 def test_same_bytes_for_three_threads_and_over_an_older_file(whole, tmp_path, monkeypatch):
     (tmp_path / "t.h5").write_text("an older file")
     with ThreadPoolExecutor(3) as pool:
-        made(tmp_path, monkeypatch, executor=pool)
+        generate_table(tmp_path, monkeypatch, executor=pool)
     assert (tmp_path / "t.h5").read_bytes() == whole
     assert [path.name for path in tmp_path.iterdir()] == ["t.h5"]
 
 
 def test_interrupted_run_is_resumed_without_any_work_done_twice(left, whole, tmp_path, monkeypatch):
-    assert made_the_rest(tmp_path, monkeypatch, whole) == NODES - len(left)
+    assert generate_the_rest(tmp_path, monkeypatch, whole) == NODES - len(left)
 
 
 def test_checkpoints_are_refused_without_a_flag_and_for_another_run(left, tmp_path, monkeypatch):
-    refused("output", made, tmp_path, monkeypatch)
-    refused("output", made, tmp_path, monkeypatch, config=ROUGH, resume=True)
+    refused("output", generate_table, tmp_path, monkeypatch)
+    refused("output", generate_table, tmp_path, monkeypatch, config=ROUGH, resume=True)
     monkeypatch.setattr("tablegen.tables.generate.software", lambda: "another version")
-    refused("output", made, tmp_path, monkeypatch, resume=True)
+    refused("output", generate_table, tmp_path, monkeypatch, resume=True)
     assert checkpoints(tmp_path) == left
     assert not (tmp_path / "t.h5").exists()
 
 
 def test_discarded_checkpoints_are_made_again(left, whole, tmp_path, monkeypatch):
-    assert len(made(tmp_path, monkeypatch, discard=True)) == NODES
+    assert len(generate_table(tmp_path, monkeypatch, discard=True)) == NODES
     assert (tmp_path / "t.h5").read_bytes() == whole

@@ -30,14 +30,14 @@ def table():
 class TestProvenance:
     def test_configuration_is_the_pair_with_given_nodes(self, table):
         assert sampler.load(COMPACT).config == load_config(COMPACT).text
-        made_from = load_config("corundum-steel-standard")
-        assert table.config == made_from.text
+        configuration = load_config("corundum-steel-standard")
+        assert table.config == configuration.text
         nodes = {
-            "table": made_from.table.model_dump(exclude_none=True),
-            "spin_accuracy": made_from.spin_accuracy.model_dump(exclude_none=True),
+            "table": configuration.table.model_dump(exclude_none=True),
+            "spin_accuracy": configuration.spin_accuracy.model_dump(exclude_none=True),
         }
-        names = {"name": made_from.name, "pair": {"name": CONFIG.name}}
-        assert CONFIG.with_changes(nodes | names).text == made_from.text
+        names = {"name": configuration.name, "pair": {"name": CONFIG.name}}
+        assert CONFIG.with_changes(nodes | names).text == configuration.text
 
     def test_sizes_are_the_generators(self, table):
         assert table.contents["dependence/alias_probability"].shape[-1] in LADDER
@@ -67,9 +67,9 @@ class TestAccuracy:
             assert stored[metric].max() <= getattr(declared, metric) <= factor * asked
 
     def test_holds_and_a_table_shifted_by_a_speed_node_is_refused(self, table, monkeypatch):
-        def missed(some, places, samples):
-            found = measure(some, CONFIG, places, seed=11, samples=samples)
-            return {number.name for number in judge(found, CONFIG.accuracy) if not number.holds}
+        def missed(a_table, places, samples):
+            distances = measure(a_table, CONFIG, places, seed=11, samples=samples)
+            return {number.name for number in judge(distances, CONFIG.accuracy) if not number.holds}
 
         places, wrong = pick_conditions(table, 2, 11), Table(shifted_speeds(table.contents))
         assert missed(table, places, 50_000) == set()

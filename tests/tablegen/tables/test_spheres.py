@@ -20,8 +20,11 @@ LAWS = [*zip(RESTITUTION.values(), [*RESISTANCE.values(), REVERSING], strict=Tru
 
 
 def with_laws(restitution, resistance, **domain):
-    known = {"source": "made up", "valid_speed": [1.0, 1000.0]}
-    pair = {"restitution": restitution | known, "resistance": resistance | {"source": "made up"}}
+    provenance = {"source": "made up", "valid_speed": [1.0, 1000.0]}
+    pair = {
+        "restitution": restitution | provenance,
+        "resistance": resistance | {"source": "made up"},
+    }
     return KHARAZ.with_changes({"pair": pair, "domain": {"speed": [10.0, 300.0], **domain}})
 
 
@@ -83,8 +86,8 @@ def test_energies_and_works_of_first_impacts():
     names = ["v", "rotational_energy", "collisions", "work_normal", "work_shear"]
     config = with_laws(RESTITUTION["power"], REVERSING, variables=names)
     for alpha1 in np.radians([0.2, 20.0, 70.0]):
-        told = simulate(config, alpha1, 80.0, 1, seed=1)
-        expected = [told.state[0, 1], told.energy[0, 1], 1.0, *told.work[0]]
+        simulation = simulate(config, alpha1, 80.0, 1, seed=1)
+        expected = [simulation.state[0, 1], simulation.energy[0, 1], 1.0, *simulation.work[0]]
         drawn = sampler.Table(spheres.sphere_contents(config)).sample(alpha1, 80.0, seed=1, index=0)
         np.testing.assert_allclose(drawn, expected, rtol=0.0, atol=1e-12)
 
@@ -103,23 +106,27 @@ def test_works_balance_with_spin():
 
 
 def test_commands(call, refuse, tmp_path):
-    made = tmp_path / "k.h5"
-    for done in (
-        call("tablegen", "generate", "kharaz-2001", "--output", made, "--quiet"),
-        call("tablegen", "validate", made, "--seed", 5),
+    table_path = tmp_path / "k.h5"
+    for ended in (
+        call("tablegen", "generate", "kharaz-2001", "--output", table_path, "--quiet"),
+        call("tablegen", "validate", table_path, "--seed", 5),
     ):
-        assert done.status == 0
-        assert "holds: draws differ from direct simulation by at most " in done.out
-    assert "spheres           laws of contact" in call("tablegen", "inspect", made).out
-    assert '"spheres": true' in call("tablegen", "inspect", made, "--json").out
+        assert ended.status == 0
+        assert "holds: draws differ from direct simulation by at most " in ended.out
+    assert "spheres           laws of contact" in call("tablegen", "inspect", table_path).out
+    assert '"spheres": true' in call("tablegen", "inspect", table_path, "--json").out
     flags = ("--alpha", 70, "--speed", 3.9, "--seed", 1, "--count", 2)
     here, there = tmp_path / "s.npz", tmp_path / "d.npz"
     simulated = call("tablegen", "simulate", "--pair", "kharaz-2001", *flags, "--output", here)
-    assert simulated.status == call("sampler", "draw", made, *flags, "--output", there).status == 0
+    assert (
+        simulated.status
+        == call("sampler", "draw", table_path, *flags, "--output", there).status
+        == 0
+    )
     states = (np.load(path)["state"] for path in (here, there))
     np.testing.assert_allclose(*states, rtol=0.0, atol=1e-12)
     for words in (["--details"], ["--accuracy", "nonsense"], ["--accuracy", ""]):
-        assert refuse("tablegen", "validate", made, *words).endswith(
+        assert refuse("tablegen", "validate", table_path, *words).endswith(
             "a table of spheres is exact; of all options, only --seed applies"
         )
 
