@@ -230,7 +230,7 @@ def test_half_of_the_grains_follow_the_population_and_half_are_even():
 
 def box_population(population):
     corners = tuple(map(tuple, box(0.8, 0.4).tolist()))
-    return population.with_mesh(MeshFile("box", corners, 1.0))
+    return population.with_mesh(MeshFile("box", corners, len(corners), 1.0))
 
 
 def test_spheres_fixed_grains_and_meshes_keep_their_ratios():
