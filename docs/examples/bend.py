@@ -13,8 +13,8 @@ from collections import namedtuple
 
 import matplotlib.pyplot as plt
 import numpy as np
-from command_line import Parser, length, output_file, table_with_spin, whole_number
 from cylinders import spin_after
+from example_arguments import Parser, length, output_file, table_with_spin, whole_number
 from tqdm import tqdm
 from wall_laws import LOOKS, model_laws
 

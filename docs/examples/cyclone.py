@@ -38,7 +38,7 @@ from typing import NamedTuple
 import matplotlib.pyplot as plt
 import numba
 import numpy as np
-from command_line import Parser, output_file, table_with_spin, whole_number
+from example_arguments import Parser, output_file, table_with_spin, whole_number
 from tqdm import tqdm
 from wall_laws import LOOKS
 from wear import oka

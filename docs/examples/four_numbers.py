@@ -10,7 +10,7 @@ translation that a hit keeps: of draws from a table, and of direct simulation.
 
 import matplotlib.pyplot as plt
 import numpy as np
-from command_line import Parser, output_file, table_with_spin, whole_number
+from example_arguments import Parser, output_file, table_with_spin, whole_number
 
 import sampler
 import tablegen

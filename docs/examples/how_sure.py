@@ -18,7 +18,7 @@ because a table of each law would take longer to make.
 import cyclone
 import cylinders
 import numpy as np
-from command_line import Parser, pair, whole_number
+from example_arguments import Parser, pair, whole_number
 from tqdm import tqdm
 from wall_laws import direct_law, print_results
 

@@ -11,7 +11,7 @@ to FOLDER/bend. `bend.py` is the same bend in Python, plane, in a gas that is kn
 import matplotlib.pyplot as plt
 import numpy as np
 from bend import GROUPS, INNER, OUTER, SPEED, TURN, Impacts, by_place, draw_wall, print_wall
-from command_line import Parser, folder, output_file
+from example_arguments import Parser, folder, output_file
 from matplotlib.colors import LogNorm
 
 MODELS, WALLS = ("sphere", "table without spin", "table"), ("outer", "inner", "sides")

@@ -11,8 +11,8 @@ import warnings
 import matplotlib.pyplot as plt
 import numba
 import numpy as np
-from command_line import Parser, output_file, whole_number
 from cylinders import figures_of, follow_each
+from example_arguments import Parser, output_file, whole_number
 from wall_laws import LOOKS, MEANS, direct_law, grains_of, mean_law, model_laws, table_law
 
 import sampler

@@ -14,8 +14,8 @@ import warnings
 
 import matplotlib.pyplot as plt
 import numpy as np
-from command_line import Parser, folder, length, table_with_spin, whole_number
 from cylinders import AHEAD, CELL, COLUMNS, ENERGY, PITCH, RADIUS, SPEED, figures_of, follow_each
+from example_arguments import Parser, folder, length, table_with_spin, whole_number
 from matplotlib.colors import LogNorm
 
 import sampler

@@ -13,7 +13,7 @@ import warnings
 import bend
 import matplotlib.pyplot as plt
 import numpy as np
-from command_line import Parser, length, output_file, table_with_works, whole_number
+from example_arguments import Parser, length, output_file, table_with_works, whole_number
 
 import sampler
 

@@ -61,7 +61,7 @@ def test_direct_methods_follow_their_settings(case):
 def test_tables_beside_are_of_the_pair_the_range_and_all_variables(tiny, tmp_path):
     mine, other, part = sampler.load(tiny.path), tmp_path / "other.h5", tmp_path / "part.h5"
     write_table(other, replace(mine.contents, pair="sand-glass"))
-    assert "pair sand-glass" in refused(other, methods.other_table, str(other), mine)
+    assert "pair: got sand-glass" in refused(other, methods.other_table, str(other), mine)
     whole = sampler.load("corundum-steel")
     assert "alpha_range" in refused(tiny.path, methods.other_table, str(tiny.path), whole)
     prune(tiny.path, TINY.with_changes({"domain": {"variables": ["u", "v"]}}), part)
