@@ -1,9 +1,9 @@
-"""Tasks of a long run, with checkpoints from which an interrupted run continues.
+"""Run the tasks of a long run, and keep their results, so that an interrupted run can resume.
 
-The result of a task is a function of its arguments and the software alone, so a table does not
-depend on the executor, the order of the tasks or interruptions. Finished results are kept as
+The result of a task depends on its arguments and the software alone. So a table depends neither on
+the executor, nor on the order of the tasks, nor on interruptions. Finished results are kept as
 ``.npz`` files in the folder ``OUTPUT.parts`` until the output is complete. A stamp in the folder
-identifies the configuration, the seed and the software that they belong to.
+identifies the configuration, the seed and the software of the run.
 """
 
 import errno
@@ -39,7 +39,7 @@ except ImportError:  # Windows
 
 Arrays = dict[str, NDArray[Any]]
 
-#: Name of the processor time in the result of a task, which works in one thread [s].
+#: Name of the processor time [s] in the result of a task; a task runs in one thread.
 SECONDS = "seconds"
 
 _STAMP = "stamp.sha256"
@@ -65,18 +65,39 @@ def software() -> str:
 
 
 def parts_path(output: Path) -> Path:
-    """Folder of the checkpoints of an output, beside the file that it leads to."""
+    """Name the folder of the checkpoints of an output; links are followed to their target."""
     target = Path(os.path.realpath(output)) if output.is_symlink() else output
     return target.with_name(f"{target.name}.parts")
 
 
 class CheckpointStore:
-    """Checkpoints of a run; a context manager that removes an empty folder at its end.
+    """Checkpoints of a run, in a folder beside its output.
 
-    They stand beside ``output``, the file that the run will write. ``fingerprint`` is everything
-    that decides the results: configuration, seed, software. ``resume`` uses and ``discard`` removes
-    the checkpoints of an interrupted run; with neither, they are refused. ``resumed`` tells whether
-    there were any.
+    The store is a context manager. At its end, it removes the folder if there are no checkpoints.
+
+    Parameters
+    ----------
+    output : Path
+        File that the run will write.
+    fingerprint : str
+        All that decides the results: configuration, seed and software.
+    resume : bool
+        Use the checkpoints of an interrupted run.
+    discard : bool
+        Remove the checkpoints of an interrupted run.
+
+    Attributes
+    ----------
+    folder : Path
+    resumed : bool
+        Whether there were checkpoints of an interrupted run to use.
+
+    Raises
+    ------
+    InputError
+        There are checkpoints, and neither ``resume`` nor ``discard`` is given, or they are those of
+        another run; another run is writing the output; the folder has other files, or cannot be
+        made.
     """
 
     def __init__(
@@ -105,7 +126,7 @@ class CheckpointStore:
             raise InputError("output", problem=problem) from error
 
     def _begin(self, stamp: Path, resume: bool, discard: bool) -> bool:
-        """Tell whether the run resumes; if not, remove its checkpoints and write the stamp."""
+        """Return whether the run resumes; if not, remove old checkpoints and write the stamp."""
         old_stamp = stamp.read_text() if stamp.is_file() else ""
         if not discard and self._pieces():
             self._check_can_resume(old_stamp, resume)
@@ -116,7 +137,7 @@ class CheckpointStore:
         return False
 
     def _check_can_resume(self, old_stamp: str, resume: bool) -> None:
-        """Refuse checkpoints of another run, or about which the user said nothing."""
+        """Refuse checkpoints of another run, and checkpoints that the user did not ask to use."""
         same = old_stamp == self._stamp
         if not (same and resume):
             other = "" if same else ", made from another configuration or version"
@@ -169,11 +190,11 @@ class CheckpointStore:
         return list(self.folder.glob("piece-*.npz"))
 
     def path(self, key: str) -> Path:
-        """File of a checkpoint."""
+        """Name the file of a checkpoint."""
         return self.folder / f"piece-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
 
     def load(self, key: str) -> Arrays | None:
-        """Read the arrays of a checkpoint; None if it is missing or damaged."""
+        """Read the arrays of a checkpoint; returns None if it is missing or damaged."""
         return _read_arrays(self.path(key))
 
     def seconds(self) -> float:
@@ -201,7 +222,7 @@ class CheckpointStore:
 
 
 def _read_arrays(path: Path) -> Arrays | None:
-    """Read the arrays of a file; None if it is missing or damaged."""
+    """Read the arrays of a file; returns None if it is missing or damaged."""
     try:
         with np.load(path, allow_pickle=False) as file:
             return {name: file[name] for name in file.files}
@@ -210,7 +231,7 @@ def _read_arrays(path: Path) -> Arrays | None:
 
 
 class Task(NamedTuple):
-    """A part of a run: ``function(*arguments)`` returns named arrays."""
+    """Part of a run: ``function(*arguments)`` returns arrays by name."""
 
     function: Callable[..., Arrays]
     arguments: tuple[Any, ...]
@@ -222,7 +243,10 @@ def stable_number(key: str, bits: int) -> int:
 
 
 def run_task(task: Task, expected_software: str) -> Arrays:
-    """Run a task on a worker, and add its time; refuse a worker with other software."""
+    """Run a task on a worker, and add its processor time to the result.
+
+    Raises `InputError` if the worker has other software than the run.
+    """
     if (own_software := software()) != expected_software:
         raise InputError("workers", f"one with {own_software}", expected_software)
     begin = time.thread_time()
@@ -230,11 +254,23 @@ def run_task(task: Task, expected_software: str) -> Arrays:
 
 
 class TaskRunner:
-    """Runs tasks, and collects their results and times.
+    """Run tasks, and collect their results and times.
 
-    Results are kept and found in ``store``, if there is one; the executor has by default one thread
-    per processor. ``seconds`` are the processor seconds of all tasks so far; ``note`` is a text
-    after the progress bar.
+    Parameters
+    ----------
+    store : CheckpointStore, optional
+        Keeps the results of this run, and has those of an interrupted one.
+    executor : Executor, optional
+        By default one thread for each processor.
+    progress : bool
+        Show a progress bar.
+
+    Attributes
+    ----------
+    seconds : float
+        Processor time [s] of all tasks so far, those of the interrupted run included.
+    note : str
+        Text after the progress bar.
     """
 
     def __init__(
@@ -253,10 +289,21 @@ class TaskRunner:
         tasks: Mapping[str, Task],
         on_result: Callable[[str, Arrays], None] = lambda key, arrays: None,
     ) -> dict[str, Arrays]:
-        """Run all tasks that have no checkpoint; returns all results, in the order of the tasks.
+        """Run all tasks that have no checkpoint.
 
-        A key identifies a task among all tasks of the same configuration. ``on_result`` is called
-        with key and result of each task when it is done.
+        Parameters
+        ----------
+        title : str
+            Text before the progress bar.
+        tasks : mapping
+            Tasks by key. A key identifies a task among all tasks of the same configuration.
+        on_result : callable, optional
+            Called with the key and the result of each task when it is done.
+
+        Returns
+        -------
+        dict
+            Results by key, in the order of the tasks.
         """
         results: dict[str, Arrays] = {}
         for key in tasks:
@@ -264,7 +311,7 @@ class TaskRunner:
                 results[key] = stored
                 on_result(key, stored)
         missing = {key: task for key, task in tasks.items() if key not in results}
-        counted = bar(
+        progress_bar = bar(
             self._progress and bool(missing),
             unit="piece",
             total=len(tasks),
@@ -272,14 +319,14 @@ class TaskRunner:
             desc=title,
             postfix=self.note,
         )
-        with counted, closing(self._finished(missing)) as finished:
+        with progress_bar, closing(self._finished(missing)) as finished:
             for key, arrays in finished:
                 if self._store:
                     self._store.save(key, arrays)
                 results[key] = arrays
                 on_result(key, arrays)
-                counted.set_postfix_str(self.note, refresh=False)
-                counted.update()
+                progress_bar.set_postfix_str(self.note, refresh=False)
+                progress_bar.update()
         self.seconds += sum(float(arrays[SECONDS]) for arrays in results.values())
         return {key: results[key] for key in tasks}
 
@@ -287,9 +334,9 @@ class TaskRunner:
         """Run tasks, and yield keys and results as they come in."""
         if not tasks:
             return
-        own = nullcontext(self._executor) if self._executor else thread_pool(processors())
+        context = nullcontext(self._executor) if self._executor else thread_pool(processors())
         # BLAS is limited once for all tasks: the limit is one number for the whole process
-        with own as executor, threadpool_limits(limits=1, user_api="blas"):
+        with context as executor, threadpool_limits(limits=1, user_api="blas"):
             waiting = {executor.submit(run_task, t, software()): key for key, t in tasks.items()}
             try:
                 for future in as_completed(waiting):

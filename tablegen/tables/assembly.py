@@ -1,4 +1,4 @@
-"""Contents of a table file, from its nodes; and a new measured accuracy for one that is made."""
+"""Assemble the contents of a table file from its nodes, its spin law and its measured accuracy."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -38,7 +38,7 @@ def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
 
 
 def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, NDArray[np.float64]]:
-    """Make the datasets of the accuracy group, for states of some number of columns."""
+    """Make the datasets of the accuracy group, for states with this number of columns."""
     rows = [{"alpha_deg": m.alpha_deg, "speed": m.speed, **m.distances()} for m in measured]
     accuracy = {}
     for dataset in DATASETS:
@@ -51,13 +51,13 @@ def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, N
 
 
 def with_rounded_quantiles(contents: TableContents) -> TableContents:
-    """Round the quantiles to the digits that count."""
-    rounded = {
+    """Round the quantiles to the digits that count, so that the file gets smaller."""
+    quantiles = {
         path: round_quantiles(contents[path])
         for path in contents.datasets
         if path.endswith("/quantiles")
     }
-    return replace(contents, datasets={**contents.datasets, **rounded})
+    return replace(contents, datasets={**contents.datasets, **quantiles})
 
 
 def assemble(
@@ -68,8 +68,18 @@ def assemble(
 ) -> TableContents:
     """Make the contents of a table, without a measured accuracy.
 
-    Nodes come row by row: all speeds of the first angle, then of the second. ``spin_law`` are the
-    datasets of `tablegen.fitting.spin_law.spin_law`, if the table has a spin law.
+    Parameters
+    ----------
+    config : Config
+    axes : Axes
+    nodes : list of NodeArrays
+        Row by row: all speeds of the first angle, then all speeds of the second angle, ...
+    spin_law : mapping, optional
+        Datasets of `tablegen.fitting.spin_law.spin_law`, if the table has a spin law.
+
+    Returns
+    -------
+    TableContents
     """
     datasets = {
         "axes/alpha_deg": axes.alpha_deg,
@@ -89,7 +99,7 @@ def assemble(
 def table_contents(
     config: Config, datasets: Mapping[str, NDArray[Any]], channels: tuple[str, ...]
 ) -> TableContents:
-    """Make the contents of the table of a configuration."""
+    """Add the attributes that follow from a configuration to the datasets of a table."""
     return TableContents(
         datasets=datasets,
         pair=config.pair_name,
@@ -107,8 +117,16 @@ def table_contents(
 def check_store(table: str | Path, chosen: bool) -> None:
     """Refuse a table whose accuracy could not be stored, before anything is measured.
 
-    It must be named by its path and be writable. ``chosen`` says whether the user chose the
-    conditions; stored ones are evenly spread.
+    Parameters
+    ----------
+    table : str or Path
+        Must be a path, not the name of a shipped table, and be writable.
+    chosen : bool
+        Whether the user chose the conditions. A table stores evenly spread conditions only.
+
+    Raises
+    ------
+    InputError
     """
     if chosen:
         remedy = "leave --alpha and --speed out: a table stores evenly spread conditions"
@@ -119,7 +137,10 @@ def check_store(table: str | Path, chosen: bool) -> None:
 
 
 def with_accuracy(contents: TableContents, validation: Validation) -> TableContents:
-    """Add the distances between nodes, noise included, and those of the spin law if compared."""
+    """Replace the distances between nodes, and those of the spin law if it was compared.
+
+    Distances include sampling noise.
+    """
     measured = accuracy_datasets(validation.comparisons, len(contents.variables))
     if validation.own:
         measured |= spin_accuracy_datasets(validation.own, validation.hits)
@@ -127,9 +148,17 @@ def with_accuracy(contents: TableContents, validation: Validation) -> TableConte
 
 
 def store_accuracy(path: str | Path, validation: Validation) -> str:
-    """Replace the accuracy stored in a table file; returns the new checksum of its contents.
+    """Replace the accuracy that is stored in a table file by that of a validation.
 
-    `InputError` says if the file changed since it was measured, or cannot be written.
+    Returns
+    -------
+    str
+        New checksum of the contents.
+
+    Raises
+    ------
+    InputError
+        The file changed since it was measured, or cannot be written.
     """
     contents = read_table(path)
     if contents.content_sha256 != validation.content_sha256:

@@ -1,4 +1,4 @@
-"""Cost of a table, extrapolated from the time of one node."""
+"""Estimate the processor time of a table from the time of one node, and describe it."""
 
 import math
 from typing import NamedTuple
@@ -7,42 +7,62 @@ from tablegen.fitting.law_conditions import covered_range
 from tablegen.tables.plan import Plan
 from tablegen.tables.refine import NodeCache
 
-#: Measured times over that of a first node: of a node of the largest mixture, least and most; of a
-#: trial; and, for as many rebounds as a node has, of the fit of a leaf without experts, with its
-#: conditions, and of chains of hits. A leaf takes as long again for each 64 experts; a sample of a
-#: node of no components takes as long as the fit of 150 of them does.
-_NODE, _TRIAL, _LEAF, _CHAIN = (1.0, 3.0), 5.0, 3.6, 1.5
+# The numbers below are measured times over the time of a node with the smallest mixture.
+
+#: A node with the mixture that is chosen in the end: the least and the most.
+_NODE = (1.0, 3.0)
+#: A trial: draws in the middle of an edge or of a cell of the grid, compared with simulation.
+_TRIAL = 5.0
+#: The fit of a leaf without experts, conditions included, and the simulation of chains of hits;
+#: both for as many rebounds as a node has particles.
+_LEAF, _CHAIN = 3.6, 1.5
+
+#: A leaf takes as long again for each _EXPERTS experts. The simulation of the particles of a node
+#: takes as long as the fit of _COMPONENTS components.
 _EXPERTS, _COMPONENTS = 64.0, 150.0
 
-#: Rounds of the refinement, nodes and trials that the choice of the mixture takes, and rebounds of
-#: the measurement of chains.
-_ROUNDS, _PROBES, _CHAINED = (1, 2), (6, 24), 5e6
+#: Least and most rounds of the refinement, and least and most nodes and trials for the choice of
+#: the mixture.
+_ROUNDS, _PROBES = (1, 2), (6, 24)
 
+#: Rebounds of the measurement of chains.
+_CHAIN_REBOUNDS = 5e6
 
-#: Compressed bytes for each condition that is drawn; some are stored with two leaves.
+#: Compressed bytes of each condition that is drawn; some conditions are stored with two leaves.
 _CONDITION_BYTES = 32
 
 
 class Cost(NamedTuple):
-    """Cost of a table."""
+    """Estimated cost of a table."""
 
     plan: Plan
-    #: Least and most processor time that is left.
+    #: Least and most processor time [s] that is still to be spent.
     seconds: tuple[float, float]
-    #: Processor time of the pieces of an interrupted run, which is not spent again.
-    done: float
+    #: Processor time [s] that an interrupted run spent on pieces that this run uses.
+    spent: float
 
 
-def estimate(plan: Plan, cache: NodeCache, conditions: int, done: float) -> Cost:
-    """Fit a node, and extrapolate its time.
+def estimate(plan: Plan, cache: NodeCache, conditions: int, spent: float) -> Cost:
+    """Fit a node, and extrapolate its time to the whole table.
 
-    The cache keeps the node for the table. ``conditions`` is the number of those at which the
-    finished table is measured, ``done`` the processor time of the pieces that there are.
+    Parameters
+    ----------
+    plan : Plan
+    cache : NodeCache
+        Fits the node, and keeps it for the table.
+    conditions : int
+        Number of conditions at which the finished table is measured.
+    spent : float
+        Processor time [s] of the pieces of an interrupted run.
+
+    Returns
+    -------
+    Cost
     """
     size, begin, (alphas, speeds) = plan.sizes[0], cache.runner.seconds, plan.grid
     cache.fit(size, [(alphas[len(alphas) // 2], speeds[len(speeds) // 2])])
-    node = cache.runner.seconds - begin
-    leaves = sum(
+    node_seconds = cache.runner.seconds - begin
+    leaf_rebounds = sum(
         (spin_sizes.leaves + spin_sizes.nonspinning_leaves)
         * spin_sizes.rebounds
         * (1.0 + spin_sizes.groups * spin_sizes.experts / _EXPERTS)
@@ -53,12 +73,12 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, done: float) -> Cost
         work = math.prod(nodes) * _NODE[k if len(plan.sizes) > 1 else 0]
         work += _ROUNDS[k] * _trials(*nodes) * _TRIAL if plan.first != plan.most else 0.0
         work += _PROBES[k] * (1.0 + _TRIAL) if len(plan.sizes) > 1 else 0.0
-        work += _LEAF * leaves / (size.samples * (1.0 + size.components / _COMPONENTS))
+        work += _LEAF * leaf_rebounds / (size.samples * (1.0 + size.components / _COMPONENTS))
         if conditions > 0:
             work += conditions * (1 + plan.config.spin) * _TRIAL
-            work += _CHAIN * _CHAINED * plan.config.spin / size.samples
-        ends.append(max(work * node - done, 0.0))
-    return Cost(plan, (ends[0], ends[1]), done)
+            work += _CHAIN * _CHAIN_REBOUNDS * plan.config.spin / size.samples
+        ends.append(max(work * node_seconds - spent, 0.0))
+    return Cost(plan, (ends[0], ends[1]), spent)
 
 
 def _trials(alphas: int, speeds: int) -> int:
@@ -67,7 +87,7 @@ def _trials(alphas: int, speeds: int) -> int:
 
 
 def time_text(low: float, high: float) -> str:
-    """Write two durations in the unit that fits the longer."""
+    """Write a range of durations [s] in the unit that fits the longer one."""
     units = {"hours": 3600.0, "minutes": 60.0, "seconds": 1.0}
     unit = next((name for name, seconds in units.items() if high >= 2.0 * seconds), "seconds")
     ends = (float(f"{max(x / units[unit], 1.0):.2g}") for x in (low, high))
@@ -75,13 +95,13 @@ def time_text(low: float, high: float) -> str:
 
 
 def spent_text(spent: float, quoted: Cost | None = None) -> str:
-    """Say how much processor time was spent, and how much was quoted."""
+    """Describe the processor time [s] that was spent, and the estimate before."""
     text = f"{time_text(spent, spent)} of one processor"
     return f"{text}, where {time_text(*quoted.seconds)} were quoted" if quoted else text
 
 
 def cost_text(cost: Cost, workers: int | None) -> str:
-    """Describe a cost in one line, for a number of workers if it is known."""
+    """Describe a cost in one line; ``workers`` is their number, if it is known."""
     plan, (low, high) = cost.plan, cost.seconds
     alpha_deg = plan.config.domain.alpha_deg
     text = f"{plan.first[0]} x {plan.first[1]} nodes"
@@ -96,8 +116,8 @@ def cost_text(cost: Cost, workers: int | None) -> str:
                 "hit one wall only, set spin = false)"
             )
     text += f"; about {time_text(low, high)} of one processor"
-    if cost.done > 0.0:
-        text += f" beside the {time_text(cost.done, cost.done)} that are done"
+    if cost.spent > 0.0:
+        text += f" beside the {time_text(cost.spent, cost.spent)} that are done"
     if workers is not None and workers > 1:
         text += f", {time_text(low / workers, high / workers)} on {workers}"
     if plan.spin:

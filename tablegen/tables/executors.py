@@ -1,10 +1,10 @@
-"""Executors of `concurrent.futures` by name: threads, a Dask cluster, the ranks of an MPI job."""
+"""Open executors of `concurrent.futures`: threads, a Dask cluster, or the ranks of an MPI job."""
 
 import logging
 from collections.abc import Iterator
 from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
-from typing import Any, cast
+from typing import cast
 
 from sampler.errors import InputError
 from sampler.library import processors
@@ -20,11 +20,27 @@ _TIMEOUT = 8
 def open_executor(
     engine: str = THREADS, *, workers: int | None = None, scheduler: str | None = None
 ) -> Iterator[Executor | None]:
-    """Open an executor of threads, Dask or MPI, and close it at the end of the block.
+    """Open an executor, and close it at the end of the block.
 
-    Workers are threads, or processes of a Dask cluster on this machine, by default one per
-    processor; ``scheduler`` is the address of a running Dask scheduler. Yields None on all ranks of
-    an MPI job but the first, when the first has finished.
+    Parameters
+    ----------
+    engine : {"threads", "dask", "mpi"}
+    workers : int, optional
+        Number of threads, or of processes of a Dask cluster on this machine; by default one for
+        each processor.
+    scheduler : str, optional
+        Address of a running Dask scheduler.
+
+    Yields
+    ------
+    Executor or None
+        None on all ranks of an MPI job but the first one; these ranks work until the first rank has
+        finished.
+
+    Raises
+    ------
+    InputError
+        Arguments contradict each other, a package is missing, or workers cannot be reached.
     """
     if scheduler is not None and engine != DASK:
         problem = f"is given with --executor {engine}"
@@ -53,10 +69,16 @@ def _dask(workers: int, scheduler: str | None) -> Iterator[Executor]:
     except ImportError as error:
         remedy = "run: pip install 'rebound-tables[dask]'"
         raise InputError("--executor", problem="Dask is not installed", remedy=remedy) from error
-    local_cluster: Any = {"n_workers": workers, "threads_per_worker": 1, "dashboard_address": ":0"}
-    local_cluster["silence_logs"] = logging.CRITICAL
     try:
-        client = Client(scheduler, timeout=_TIMEOUT) if scheduler else Client(**local_cluster)
+        if scheduler:
+            client = Client(scheduler, timeout=_TIMEOUT)
+        else:
+            client = Client(
+                n_workers=workers,
+                threads_per_worker=1,
+                dashboard_address=":0",
+                silence_logs=logging.CRITICAL,
+            )
     except (OSError, ValueError) as error:
         problem = f"no Dask scheduler answered at {scheduler} within {_TIMEOUT} s"
         raise InputError("--scheduler", problem=problem) from error

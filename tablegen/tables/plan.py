@@ -1,4 +1,4 @@
-"""Plan of a table: the first grid and the sizes that a configuration asks for, decided once."""
+"""Plan a table: choose its first grid and its sizes from the configuration, once."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,36 +8,41 @@ from tablegen.fitting.resolution import LADDER, Resolution, SpinSizes, resolutio
 from tablegen.tables.axes import first_grid, most_nodes
 from tablegen.tables.intervals import Grid
 
-#: Mixtures that reach an AUC of 0.5 + x have about this over x components.
+#: A mixture needs about this number over x components to reach an AUC of 0.5 + x.
 _COMPONENTS_BY_AUC = 23.0
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is decided before anything is simulated."""
+    """First grid and sizes of a table, chosen before anything is simulated."""
 
     config: Config
-    #: First grid, and the most angles and speeds to which it is refined.
+    #: First grid.
     grid: Grid
+    #: Most angles and speeds to which the grid is refined.
     most: tuple[int, int]
-    #: Sizes of a node to choose from: the smallest mixture first, or the one that is named.
+    #: Sizes of a node to choose from, the smallest mixture first. If the configuration names the
+    #: number of components, there is one.
     sizes: tuple[Resolution, ...]
-    #: Sizes of the spin law by code of the shape; none without such a law.
+    #: Sizes of the spin law by code of the shape; empty for a table without spin law.
     spin: Mapping[int, SpinSizes]
 
     @property
     def first(self) -> tuple[int, int]:
-        """Angles and speeds of the first grid."""
+        """Number of angles and of speeds of the first grid."""
         return len(self.grid.alpha_deg), len(self.grid.speed)
 
     @property
     def leaves(self) -> int:
-        """Leaves of the spin law."""
+        """Number of leaves of the spin law."""
         return sum(size.leaves + size.nonspinning_leaves for size in self.spin.values())
 
 
 def make_plan(config: Config) -> Plan:
-    """Decide on the first grid and the sizes; refuses a range that no grid can cover."""
+    """Choose the first grid and the sizes.
+
+    Raises `InputError` if no grid can cover the range of the configuration.
+    """
     grid, spin = first_grid(config), spin_sizes(config) if config.spin else {}
     named = config.table.components
     sizes = tuple(resolution(config, k) for k in ([named] if named else _ladder(config)))
@@ -45,6 +50,6 @@ def make_plan(config: Config) -> Plan:
 
 
 def _ladder(config: Config) -> list[int]:
-    """Sizes of the mixture to choose from, up to the first with room for the allowed AUC."""
-    wanted = _COMPONENTS_BY_AUC / max(config.accuracy.auc - 0.5, 0.002)
-    return list(LADDER[: 1 + sum(components < 0.98 * wanted for components in LADDER[:-1])])
+    """List numbers of components to choose from, up to the first that may reach the allowed AUC."""
+    needed = _COMPONENTS_BY_AUC / max(config.accuracy.auc - 0.5, 0.002)
+    return list(LADDER[: 1 + sum(components < 0.98 * needed for components in LADDER[:-1])])

@@ -1,6 +1,7 @@
-"""A rough table, made and read first: it is refused for the same reasons as the finished one.
+"""Rehearse a table: write and read a rough one before hours are spent on the finished one.
 
-It has the sizes of the finished table, and nodes that are fitted to few particles.
+The rough table has the sizes of the finished table, but its nodes are fitted to few particles. It
+is refused for the same reasons as the finished table would be.
 """
 
 from itertools import product
@@ -29,10 +30,10 @@ _CONSTANT_SPREAD = 1e-5
 
 
 def rehearse(plan: Plan) -> None:
-    """Refuse a plan whose table would be refused.
+    """Refuse a plan whose finished table would be refused.
 
-    Reasons are a variable that is constant at every condition, nodes that are too close, and any
-    limit of the file format.
+    Raises `InputError` if a variable is constant at all conditions, if nodes are too close to each
+    other, or if the table exceeds a limit of the file format.
     """
     config, grid, size = plan.config, plan.grid, plan.sizes[0]
     axes = make_axes(config, grid)
@@ -49,7 +50,10 @@ def rehearse(plan: Plan) -> None:
 
 
 def _check_variables_vary(config: Config, conditions: list[tuple[float, ...]]) -> None:
-    # a table stores whole numbers exactly
+    """Refuse variables that are the same for all particles at all conditions.
+
+    The number of collisions may be, because a table stores whole numbers exactly.
+    """
     constant = [name for name in config.domain.columns if name != "collisions"]
     for alpha_deg, speed in conditions:
         if not constant:
@@ -71,7 +75,7 @@ def _check_variables_vary(config: Config, conditions: list[tuple[float, ...]]) -
 
 
 def _rough_node(config: Config, alpha_deg: float, speed: float, size: Resolution) -> NodeArrays:
-    """Node with arrays of the final shapes; mixture components are repeated."""
+    """Fit a node to few particles, and repeat its components up to the final number."""
     rough_size = Resolution(_PARTICLES, size.knots, min(_COMPONENTS, size.components))
     node = fit_node(config, alpha_deg, speed, rough_size)
     repeated = {

@@ -1,6 +1,8 @@
-"""Tables of spheres: the laws of contact, because a rebound of a sphere has a formula."""
+"""Make tables of spheres.
 
-from typing import Any
+A sphere has one collision, whose result is a formula. So a table of spheres stores the laws of
+contact, a draw evaluates the formula, and draws are exact.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,18 +17,18 @@ from tablegen.model.impacts import GRAZING
 from tablegen.simulation.direct import DirectModel
 from tablegen.tables.assembly import accuracy_datasets, table_contents
 
-#: Impacts at which a table is compared with direct simulation.
-_IMPACTS = 10_000
+#: Impacts at which a table is compared with direct simulation, and their largest spin [V/a].
+_IMPACTS, _MOST_SPIN = 10_000, 3.0
 
-#: Largest spin of them, and tolerance of their flights, which turn the axes of a spinning sphere.
-_MOST_SPIN, _TOLERANCE = 3.0, 1e-14
+#: Tolerance of flights in direct simulation, which integrate the turning axes of a spinning sphere.
+_TOLERANCE = 1e-14
 
-#: Difference to direct simulation that is rounding.
+#: Differences to direct simulation below this are rounding.
 ROUNDING = 1e-12
 
 
 def sphere_laws(config: Config) -> NDArray[np.float64]:
-    """Write the laws of contact of a pair as `sphere/laws` has them."""
+    """Write the laws of contact of a pair as numbers of the dataset ``sphere/laws``."""
     law = config.pair.kernel_arguments()
     restitution = law.restitution_law, law.coefficient, law.exponent
     resistance = law.resistance_law, law.strength, law.factor
@@ -35,18 +37,18 @@ def sphere_laws(config: Config) -> NDArray[np.float64]:
 
 
 def sphere_contents(config: Config) -> TableContents:
-    """Make the contents of a table of spheres; draws hold at any angle, speed and spin.
+    """Make the contents of a table of spheres, for any angle, speed and spin.
 
-    Raises `InputError` where an impact could be below the resolution of contacts.
+    Raises `InputError` if the model would not resolve the flattest impacts.
     """
     resolution = config.model.contact_resolution
     if resolution > GRAZING:
         allowed = f"at most {GRAZING:g} for a table of spheres"
         raise InputError("model.contact_resolution", f"{resolution:g}", allowed)
     columns = config.domain.columns
-    ends: dict[str, Any] = {"alpha_deg": config.domain.alpha_deg, "speed": config.domain.speed}
     datasets = {
-        **{f"axes/{name}": np.unique(np.array(pair)) for name, pair in ends.items()},
+        "axes/alpha_deg": np.unique(np.array(config.domain.alpha_deg)),
+        "axes/speed": np.unique(np.array(config.domain.speed)),
         "spin/shape_codes": np.array([SHAPE_CODES["sphere"]]),
         "spin/shape_weights": np.ones(1),
         "spin/ratio_range": np.ones((1, 2, 2)),
@@ -58,7 +60,11 @@ def sphere_contents(config: Config) -> TableContents:
 
 
 def largest_difference(contents: TableContents, seed: int | None) -> float:
-    """Compare draws with direct simulation at random impacts, half of them with spin."""
+    """Find the largest difference between draws and direct simulation.
+
+    Both are compared at random impacts, of which half have spin. Velocities are over V, angular
+    velocities times a/V.
+    """
     config = stored_config(contents.config, "config")
     rng = np.random.default_rng(seed)
     alpha1 = np.radians(rng.uniform(0.1, 90.0, _IMPACTS))
@@ -66,11 +72,8 @@ def largest_difference(contents: TableContents, seed: int | None) -> float:
     spin = rng.uniform(-_MOST_SPIN, _MOST_SPIN, (_IMPACTS, 3))
     spin[::2] = 0.0
     model = DirectModel(config.with_changes({"model": {"tolerance": _TOLERANCE}}))
-    keys: dict[str, Any] = {"seed": 1, "index": np.arange(_IMPACTS), "hit": 0}
-    states = model.sample(alpha1, speed, spin=spin, **keys)
-    table = Table(contents)
-    drawn = table.sample(alpha1, speed, spin=spin, **keys)
-    stored_columns = [k for k, name in enumerate(model.columns) if name in table.columns]
-    return float(
-        np.abs(drawn[:, : len(stored_columns)] - states[:, stored_columns]).max(initial=0.0)
-    )
+    index, table = np.arange(_IMPACTS), Table(contents)
+    simulated = model.sample(alpha1, speed, spin=spin, seed=1, index=index, hit=0)
+    drawn = table.sample(alpha1, speed, spin=spin, seed=1, index=index, hit=0)
+    columns = [k for k, name in enumerate(model.columns) if name in table.columns]
+    return float(np.abs(drawn[:, : len(columns)] - simulated[:, columns]).max(initial=0.0))
