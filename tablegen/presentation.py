@@ -1,4 +1,4 @@
-"""Presentation of results: text tables, and the look and the files of matplotlib figures."""
+"""Present results: text tables, and the style and the files of matplotlib figures."""
 
 import io
 from collections.abc import Sequence
@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 from sampler.errors import InputError
 
-#: Colours of Okabe and Ito, which colour-blind readers can tell; markers repeat the difference.
+#: Colours of the shapes. Colour-blind readers can tell them apart (Okabe and Ito), and each shape
+#: also has a marker of its own.
 COLOURS = {
     "ellipsoid": "#0072b2",
     "prism": "#d55e00",
@@ -22,7 +23,7 @@ MARKERS = {
     "mixture": ".",
 }
 
-#: Colour of the table's law.
+#: Colour of what was drawn from the table.
 TABLE_COLOUR = "#e08a00"
 
 #: Symbols of quantities on axes.
@@ -49,14 +50,14 @@ _SETTINGS: Any = {
     "legend.frameon": False,
     "legend.fontsize": 9.5,
     "svg.fonttype": "path",
-    # without a fixed salt, the same figure gives different files
+    # Without a fixed salt, the same figure would give another file each time.
     "svg.hashsalt": "rebound-tables",
     "axes.formatter.use_mathtext": True,
 }
 
 
 class Picture(NamedTuple):
-    """Figure as a file in memory, with a text that describes it."""
+    """Figure as a file in memory, with a title and a text that describes it."""
 
     name: str
     title: str
@@ -71,7 +72,7 @@ class Picture(NamedTuple):
 
 
 def require_matplotlib(flag: str) -> None:
-    """Raise InputError if matplotlib, which `flag` needs, is not installed."""
+    """Raise `InputError` if matplotlib, which the option `flag` needs, is not installed."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
@@ -80,21 +81,21 @@ def require_matplotlib(flag: str) -> None:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """Make an empty figure [inches] without a window."""
+    """Make an empty figure, width by height in inches, without a window."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
 def settings() -> Any:
-    """Context in which figures are drawn and written."""
+    """Return a context in which figures are drawn and written in the style of this package."""
     import matplotlib
 
     return matplotlib.rc_context(_SETTINGS)
 
 
 def legend_below(figure: Any, columns: int = 3) -> None:
-    """Put one legend of all panels below them; the same label stands there once."""
+    """Put one legend below all panels; a label that several panels have appears once."""
     handles: dict[str, Any] = {}
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
@@ -103,17 +104,17 @@ def legend_below(figure: Any, columns: int = 3) -> None:
 
 
 def written(figure: Any, name: str, title: str, alternative: str) -> Picture:
-    """Write a figure to memory: the same figure gives the same bytes."""
+    """Return a figure as a file in memory; the same figure gives the same bytes."""
     kind = name.rpartition(".")[2]
     buffer = io.BytesIO()
-    # leave out the date and the version of matplotlib
+    # Date and version of matplotlib would differ between equal figures, so they are left out.
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {"Software": None})
     figure.savefig(buffer, format=kind, dpi=130, metadata=metadata)
     return Picture(name, title, alternative, buffer.getvalue())
 
 
 def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a text table: the first column flush left, the others flush right."""
+    """Write a text table: the first column is aligned left, the others right."""
     widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
     lines = []
     for row in (head, *rows):
@@ -124,12 +125,12 @@ def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]
 
 
 class TextTable(NamedTuple):
-    """Table of text; each row has one cell for each head."""
+    """Table of texts with a caption; each row has one cell for each head."""
 
     caption: str
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
-    #: "words" if the cells are sentences.
+    #: "words" if the cells are sentences, which an HTML page then aligns left.
     style: str = ""
 
     def __str__(self) -> str:

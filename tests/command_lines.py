@@ -37,7 +37,7 @@ def _words_of_program(words):
 
 def calls(text):
     """Calls of our programs in a shell text, each a list of words that begins with the program."""
-    found = []
+    word_lists = []
     for line in logical_lines(text):
         reader = shlex.shlex(line, posix=True, punctuation_chars="&;|<>")
         reader.whitespace_split = True
@@ -46,9 +46,9 @@ def calls(text):
             if word[0] not in "&;|<>":
                 command.append(word)
                 continue
-            found.append(_words_of_program(command))
+            word_lists.append(_words_of_program(command))
             command = []
-    return [words for words in found if words]
+    return [words for words in word_lists if words]
 
 
 def parse(words, folder):
@@ -68,7 +68,7 @@ def parse(words, folder):
 
 
 def mistake_in_sentence(command, folder):
-    """What is wrong with a command inside a sentence, or None.
+    """Return what is wrong with a command inside a sentence, or None.
 
     A sentence may leave out what the command needs: `tablegen generate` is the name of a command.
     """
@@ -88,7 +88,7 @@ def mistake_in_sentence(command, folder):
 
 
 def mistake_of_script(words):
-    """What is wrong with a call of Python, of pytest or of a script of this repository, or None."""
+    """Return the mistake in a call of Python, pytest or a script of this repository, or None."""
     if words[0] in ("python", "python3"):
         words = words[1:]
         if words[:1] == ["-m"]:
@@ -114,8 +114,8 @@ def _names_of_tests():
     """Names of files, classes and functions that ``pytest -k`` may choose."""
     files = sorted((ROOT / "tests").rglob("test_*.py"))
     pattern = re.compile(r"^ *(?:def|class) (\w+)", re.M)
-    found = {name for file in files for name in pattern.findall(file.read_text(encoding="utf-8"))}
-    return found | {file.name for file in files}
+    names = {name for file in files for name in pattern.findall(file.read_text(encoding="utf-8"))}
+    return names | {file.name for file in files}
 
 
 def _mistake_of_pytest(words):

@@ -1,4 +1,4 @@
-"""Compiled kernels of the tests lie in a folder of their own, for each state of the tests' kernels.
+"""Fixtures of all tests, and the folder of their compiled kernels.
 
 `tablegen.model.jit` keeps kernels by the kernel sources of both packages and by their own file.
 Kernels of tests and examples also call those of other tests and examples.
@@ -32,7 +32,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 @pytest.fixture
 def call(capsys):
-    """Run a program in this process: status, standard output, standard error."""
+    """Run a program in this process; return its status, standard output and standard error."""
 
     def runner(program, *arguments):
         module = "sampler.cli" if program == "sampler" else "tablegen.commands.main"
@@ -45,7 +45,7 @@ def call(capsys):
 
 @pytest.fixture
 def refuse(call, tmp_path):
-    """Run what a program must refuse: one line, and the folder as it was. Returns the line."""
+    """Run a command line that must be refused with one line and no new file; return the line."""
 
     def runner(program, *arguments):
         before = {path: path.lstat().st_mtime_ns for path in tmp_path.rglob("*")}

@@ -45,8 +45,8 @@ def commands_in_sentences(document):
     """Inline code that calls a program of `CHECKED`, in order, each on one line."""
     prose = _FENCE.sub("", document)
     # code in a docstring has two backticks, and may go on in the next line
-    found = (" ".join(m[1].split()) for m in re.finditer(r"(?<!`)`{1,2}([^`]+?)`{1,2}(?!`)", prose))
-    return [code for code in found if code.split()[0] in CHECKED and " " in code]
+    spans = (" ".join(m[1].split()) for m in re.finditer(r"(?<!`)`{1,2}([^`]+?)`{1,2}(?!`)", prose))
+    return [code for code in spans if code.split()[0] in CHECKED and " " in code]
 
 
 def links(document):

@@ -1,4 +1,4 @@
-"""First hits in flow codes: their conditions, states, and distances from direct simulation."""
+"""First hits in flow codes: conditions, states, and distances to direct simulation."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -25,7 +25,7 @@ REFERENCE = 200_000
 
 
 class Distances(NamedTuple):
-    """Hits compared: their name and number, largest KS distance, error of a correlation."""
+    """Distances of some hits: name, number of hits, largest KS distance, error of a correlation."""
 
     name: str
     hits: int
@@ -38,14 +38,16 @@ class Distances(NamedTuple):
 
 
 def direct_states(count):
-    """States of each condition from direct simulation, (count, 6) each."""
+    """Simulate states (count, 6) at each condition."""
     config = load_config("corundum-steel")
-    found = [simulate(config, *at, count, seed=11, stream=k) for k, at in enumerate(CONDITIONS)]
-    return [simulation.state for simulation in found]
+    simulations = [
+        simulate(config, *at, count, seed=11, stream=k) for k, at in enumerate(CONDITIONS)
+    ]
+    return [simulation.state for simulation in simulations]
 
 
 def states_of(before, normal, after, omega, straight):
-    """States (n, 6) in the frame of each impact, along x where it is ``straight`` on.
+    """Return states (n, 6) in the frame of each impact; ``straight`` impacts are normal.
 
     Velocities are relative to the wall, and divided by V; spins are times a/V.
     """
@@ -59,7 +61,7 @@ def states_of(before, normal, after, omega, straight):
 
 
 def distances(name, sample, reference):
-    """Distances of some states from others; of velocities only, if there are no spins."""
+    """Compute distances of two samples of states; without spins, of their velocities."""
     columns = 6 if sample[:, 3:].any() else 3
     pair = sample[:, :columns], reference[:, :columns]
     correlation = np.abs(np.subtract(*map(correlations, pair))).max()
@@ -67,7 +69,7 @@ def distances(name, sample, reference):
 
 
 def compare(states, condition, reference):
-    """Distances of states (n, 6) from those of each condition; ``condition`` (n,): their number."""
+    """Compare states (n, 6) with simulated ones; ``condition`` (n,) numbers their conditions."""
     return [
         distances(f"{np.degrees(alpha):.0f} deg, {speed} m/s", states[condition == k], reference[k])
         for k, (alpha, speed) in enumerate(CONDITIONS)
@@ -75,7 +77,7 @@ def compare(states, condition, reference):
 
 
 def torque_on(mass, density, viscosity, factor=1.0):
-    """The action of a gas on the spins of these grains, `slow` of `free_flight.fly`.
+    """Return the torque of a gas on the spins of these grains, as `slow` of `free_flight.fly`.
 
     The moment about a spin is inertia m a^2. Before the first wall there is no spin.
     """
@@ -88,7 +90,7 @@ def torque_on(mass, density, viscosity, factor=1.0):
 
 
 def unfit_tables(path, contents):
-    """Binary tables beside a whole one, by name: missing, cut short, and without a spin law."""
+    """Write tables that cannot be used: none at all, one cut short, and one without a spin law."""
     tables = {name: path.with_name(f"{name}.rbt") for name in ("none", "short", "plain")}
     tables["short"].write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     datasets = {path: x for path, x in contents.datasets.items() if not path.startswith("spin")}
@@ -96,14 +98,14 @@ def unfit_tables(path, contents):
     return tables
 
 
-def check_bins(found, face, alpha, speed, most):
-    """Histograms of faces, (faces, 20), by angle and by speed, have the hits on these faces."""
-    counts = np.zeros(found.shape)
+def check_bins(recorded, face, alpha, speed, most):
+    """Check that histograms (faces, 20) of faces, by angle and by speed, have the hits on them."""
+    counts = np.zeros(recorded.shape)
     np.add.at(counts, (face, np.digitize(np.degrees(alpha), np.arange(9, 90, 9))), 1.0)
     np.add.at(counts, (face, 10 + np.digitize(speed, most * np.arange(1, 10) / 10)), 1.0)
-    for bins in (counts, found):
-        bins[:, 4] += bins[:, 5]  # many hits have 45 degrees, where the one ends
-    np.testing.assert_array_equal(*(np.delete(bins, 5, axis=1) for bins in (found, counts)))
+    for bins in (counts, recorded):
+        bins[:, 4] += bins[:, 5]  # many hits are at 45 degrees, between two bins
+    np.testing.assert_array_equal(*(np.delete(bins, 5, axis=1) for bins in (recorded, counts)))
 
 
 def print_rows(rows):

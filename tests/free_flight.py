@@ -1,10 +1,10 @@
-"""Particles in a box without gas, in Python: from wall to wall, with a rebound at each."""
+"""Fly particles through a box without gas, from wall to wall, with a rebound at each wall."""
 
 import numpy as np
 
 
 def _next_wall(position, velocity, lower, upper):
-    """Time to the next wall [s], its axis, and whether it is the upper one."""
+    """Compute time to the next wall [s], axis of its normal, and whether it is the upper wall."""
     upwards = velocity > 0.0
     distance = np.where(upwards, upper, lower) - position
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -15,14 +15,14 @@ def _next_wall(position, velocity, lower, upper):
 
 
 def _mirror(velocity, omega, rows, axes):
-    """Reflect: a velocity's component along the axis turns its sign, a spin's two others."""
+    """Mirror at a wall: a velocity changes sign along the axis, a spin along the two other axes."""
     velocity[rows, axes] *= -1.0
     omega[rows] *= -1.0
     omega[rows, axes] *= -1.0
 
 
 def _keep(rows, omega, inertia, time):
-    """Leave spins as they are."""
+    """Return the spins unchanged."""
     return omega
 
 

@@ -16,7 +16,7 @@ def _press(begun, after):
 
 @contextmanager
 def interrupted(within, after=0.05, begun=None):
-    """Block that Ctrl-C ends, some seconds after it has begun, within some seconds."""
+    """Send Ctrl-C into a block some seconds after it began, and check that it soon ends."""
     if begun is None:
         begun = threading.Event()
         begun.set()

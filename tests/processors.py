@@ -13,8 +13,8 @@ import numpy as np
 
 def environment():
     """Environment variables that imitate the processor."""
-    found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
-    disabled = [feature for feature in found if feature.startswith(("AVX512", "X86_V4"))]
+    features = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
+    disabled = [feature for feature in features if feature.startswith(("AVX512", "X86_V4"))]
     return {
         "NPY_DISABLE_CPU_FEATURES": " ".join(disabled),
         "OPENBLAS_CORETYPE": "Haswell",

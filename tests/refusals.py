@@ -1,4 +1,4 @@
-"""What every refusal is: one line that begins with a field and says what is allowed or wrong."""
+"""Check a refusal: one line that begins with a field and says what is allowed or what is wrong."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Tables with a spin law whose numbers are random: of no particle, but within all bounds."""
+"""Tables with a spin law of random numbers: within all bounds, but of no real particle."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ MOMENTS = {0: (0.2, 0.2), 1: (1 / 3, 1 / 3), 4: (0.2, 0.2)}
 
 
 def _trees(n_shapes, depth):
-    """For each shape a root that asks for spin, and a balanced tree behind it."""
+    """Make a tree for each shape: a root that asks for spin, and a balanced tree below it."""
     roots, axes, cuts, children, leaf = [], [], [], [], 0
 
     def node(axis, cut):
@@ -95,7 +95,7 @@ def _law(seed, codes=(0, 1, 3), depth=2, outcomes=N_OUTCOMES):
 
 
 def with_spin_law(contents, seed=1, **size):
-    """Table with a random spin law beside its own; `size` is that of `_law`."""
+    """Return a table with a random spin law added; `size` is that of `_law`."""
     size |= {"outcomes": N_OUTCOMES_WITH_WORKS} if has_works(contents.variables) else {}
     datasets = contents.datasets | {f"spin/{name}": x for name, x in _law(seed, **size).items()}
     # one range of angles for both laws, and room for the energy of a spin

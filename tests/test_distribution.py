@@ -138,7 +138,7 @@ def test_a_light_installation_draws_exports_and_lists(light):
 
 def test_a_light_installation_names_what_the_generator_needs(light):
     before = set(light.work.iterdir())
-    said = call(light.programs / "tablegen", "demo", folder=light.work, status=2)
-    assert said.startswith("tablegen: error: the generator is not installed; run: pip ")
-    assert said.count("\n") == 1
+    line = call(light.programs / "tablegen", "demo", folder=light.work, status=2)
+    assert line.startswith("tablegen: error: the generator is not installed; run: pip ")
+    assert line.count("\n") == 1
     assert set(light.work.iterdir()) == before

@@ -130,9 +130,9 @@ def test_links_lead_to_files_and_headings(path):
 def test_scenes_in_guides_are_configurations(page, tmp_path):
     for name in ("grain-1.stl", "grain-2.stl"):
         trimesh.creation.box().export(tmp_path / name)
-    found = blocks_in(ROOT / "docs" / page, "toml")
-    assert found
-    for block in found:
+    scenes = blocks_in(ROOT / "docs" / page, "toml")
+    assert scenes
+    for block in scenes:
         parse_config(block.text, f"docs/{page}:{block.line}", tmp_path)
 
 
@@ -153,14 +153,14 @@ def exists(name):
 
 
 def test_names_in_docstrings_exist():
-    found = {
+    names = {
         (name, str(path.relative_to(ROOT)))
         for package in ("sampler", "tablegen")
         for path in (ROOT / package).rglob("*.py")
         for name in re.findall(r"`((?:sampler|tablegen)(?:\.\w+)+)`", read(path))
     }
-    assert len(found) > 20
-    assert [pair for pair in sorted(found) if not exists(pair[0])] == []
+    assert len(names) > 20
+    assert [pair for pair in sorted(names) if not exists(pair[0])] == []
     assert not exists("sampler.nowhere")
     assert not exists("sampler.Table.x")
 

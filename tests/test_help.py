@@ -27,8 +27,8 @@ def test_help_says_what_each_option_does_and_its_examples_are_accepted(path, tmp
     assert command.help
     assert all(isinstance(p, click.Argument) or p.help for p in command.params)
     examples = re.search(r"^ *Examples:\n(.*?)(?:\n\s*\n|\Z)", text, re.M | re.S)[1]
-    found = calls(examples)
-    assert 0 < len(found) == len(logical_lines(examples))
-    for words in found:
+    example_calls = calls(examples)
+    assert 0 < len(example_calls) == len(logical_lines(examples))
+    for words in example_calls:
         assert tuple(words[: len(path)]) == path
         parse(words, tmp_path)

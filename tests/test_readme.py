@@ -33,11 +33,11 @@ def test_example(capsys):
 
 def test_half_sizes_are_those_of_the_shipped_population():
     """The largest half-size over two diameters that a user may know, averaged over grains."""
-    made = simulate(CONFIG, 0.8, 200.0, 100_000, seed=4)
-    ba, cb = made.aspect.T
+    simulation = simulate(CONFIG, 0.8, 200.0, 100_000, seed=4)
+    ba, cb = simulation.aspect.T
     cut = CONFIG.population.truncation
     volume = np.array([np.pi * 4.0 / 3.0, 8.0, 8.0 * (1.0 - cut**3 / 6.0), 8.0 / 3.0])
-    by_volume = 0.5 * (4.0 / 3.0 * np.pi / (volume[made.shape] * ba**2 * cb)) ** (1.0 / 3.0)
+    by_volume = 0.5 * (4.0 / 3.0 * np.pi / (volume[simulation.shape] * ba**2 * cb)) ** (1.0 / 3.0)
     by_sieve = 1.0 / (2.0 * ba)
     text = " ".join(EMBEDDING.split())
     patterns = (r"(0\.\d\d) d for the shipped population", r"on average (0\.\d\d) s\b")
@@ -85,6 +85,8 @@ def test_readme_states_the_worst_distances_of_the_shipped_table():
 @pytest.mark.parametrize("alpha_deg", [2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 75.0])
 def test_chiral_tetrahedra_move_the_mean_spin_by_less_than_stated(alpha_deg):
     population = CONFIG.population.restricted_to("tetrahedron")
-    made = simulate(CONFIG, np.radians(alpha_deg), 200.0, 1_000_000, seed=5, population=population)
+    simulation = simulate(
+        CONFIG, np.radians(alpha_deg), 200.0, 1_000_000, seed=5, population=population
+    )
     # a quarter of the mixture; the other shapes are their own mirror images
-    assert np.abs(made.state[:, 3:5].mean(axis=0) / 4.0).max() < 0.001
+    assert np.abs(simulation.state[:, 3:5].mean(axis=0) / 4.0).max() < 0.001

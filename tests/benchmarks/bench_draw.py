@@ -74,7 +74,7 @@ def python_draws(table: sampler.Table, c: Conditions) -> dict[str, Draw]:
 
 def c_draws(image: Path, c: Conditions, folder: Path) -> dict[str, Draw]:
     """Draws in C, in batches and one by one, and the floor."""
-    found: dict[str, Draw] = {}
+    draws: dict[str, Draw] = {}
     n = c.index.size
     for flags in (("-O2",), NATIVE):
         source = folder / f"loops{len(flags)}.c"
@@ -89,12 +89,12 @@ def c_draws(image: Path, c: Conditions, folder: Path) -> dict[str, Draw]:
             arrays |= {} if spin is None else {"spin": spin, "inertia": c.inertia}
             record = toolchain.Conditions(**{k: array.ctypes.data for k, array in arrays.items()})
             given = (opened, n, record, 7, c.states, c.codes)
-            found[f"{name}, batch{label}"] = lambda f=library.rbt_sample, a=given: f(*a)
-            found[f"{name}, one by one{label}"] = lambda f=library.one_by_one, a=given: f(*a)
+            draws[f"{name}, batch{label}"] = lambda f=library.rbt_sample, a=given: f(*a)
+            draws[f"{name}, one by one{label}"] = lambda f=library.one_by_one, a=given: f(*a)
         if flags == NATIVE:
             words = (opened, n, 7, c.index)
-            found["C floor"] = lambda f=library.floor_of_draws, a=words: f(*a)
-    return found
+            draws["C floor"] = lambda f=library.floor_of_draws, a=words: f(*a)
+    return draws
 
 
 def main() -> None:

@@ -2,10 +2,11 @@
 
     python tests/benchmarks/bench_error.py
 
-Every setting follows the same particles as a much finer one, so the differences hold no sampling
-noise but that of the few particles whose course a setting changes. Error is the largest change of
-a statistic: mean, standard deviation and the 1, 10, 50, 90 and 99 per cent quantiles of each
-variable of the state (in V and V/a), and each correlation. Cost is processor time on one thread.
+Each setting simulates the same particles as a much finer setting. So the differences have no
+sampling noise, except from the few particles whose course a setting changes. The error is the
+largest change of a statistic: mean, standard deviation and the 1, 10, 50, 90 and 99 per cent
+quantiles of each variable of the state (in V and V/a), and each correlation. The cost is processor
+time on one thread.
 """
 
 import argparse
@@ -29,7 +30,7 @@ QUANTILES = (0.01, 0.1, 0.5, 0.9, 0.99)
 
 
 def summary_statistics(state):
-    """Every statistic of (n, 6) states whose error is measured."""
+    """Compute the statistics of states (n, 6) whose errors are measured."""
     quantiles = np.quantile(state, QUANTILES, axis=0)
     return {
         "mean": state.mean(axis=0),
@@ -41,21 +42,27 @@ def summary_statistics(state):
 
 def print_curve(config, shape, alpha_deg, options):
     """Print error and cost of every setting at one condition."""
-    people = config.population.restricted_to(shape)
+    population = config.population.restricted_to(shape)
 
     def run(resolution, tolerance):
         numerics = {"contact_resolution": resolution, "tolerance": tolerance}
         changed, start = config.with_changes({"model": numerics}), time.process_time()
-        condition, how = (math.radians(alpha_deg), options.speed), {"population": people}
-        how |= {"seed": options.seed, "threads": 1}
-        state = simulate(changed, *condition, options.count, **how).state
+        state = simulate(
+            changed,
+            math.radians(alpha_deg),
+            options.speed,
+            options.count,
+            population=population,
+            seed=options.seed,
+            threads=1,
+        ).state
         return state, 1e9 * (time.process_time() - start) / options.count
 
     truth = summary_statistics(run(*FINEST)[0])
     for setting in SETTINGS:
         state, cost = run(*setting)
-        found = summary_statistics(state)
-        changes = {name: np.abs(found[name] - truth[name]).max() for name in truth}
+        statistics = summary_statistics(state)
+        changes = {name: np.abs(statistics[name] - truth[name]).max() for name in truth}
         worst = max(changes, key=changes.__getitem__)
         print(
             f"{shape:<16}{alpha_deg:>6g}{setting[0]:>12g}{setting[1]:>11g}{cost:>12.0f}"

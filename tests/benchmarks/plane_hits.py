@@ -15,16 +15,16 @@ UP = np.array([0.0, 1.0, 0.0])
 
 def energies(table, turn, alpha_deg):
     """Mean energy after each hit, J/kg; `turn` mirrors the velocity before the next one or not."""
-    alpha, omega, found = np.radians(alpha_deg), None, []
+    alpha, omega, means = np.radians(alpha_deg), None, []
     velocity = np.tile(SPEED * np.array([np.cos(alpha), -np.sin(alpha), 0.0]), (COUNT, 1))
     normal = UP
     for hit in range(HITS):
         keys = {"omega": omega, "seed": 1, "index": np.arange(COUNT), "hit": hit}
         velocity, omega = table.rebound(velocity, normal, HALF_SIZE, **keys)
-        found.append(0.5 * (velocity**2).sum(axis=1).mean())
+        means.append(0.5 * (velocity**2).sum(axis=1).mean())
         velocity = velocity * [1.0, -1.0, 1.0] if turn else velocity
         normal = normal if turn else -normal
-    return np.array(found)
+    return np.array(means)
 
 
 def main():

@@ -57,8 +57,8 @@ def read_particles(folder, name):
 
 def read_hits(*folders):
     """Hits of a run, and of those that go on from it."""
-    found = [_read(folder, "hits", 23) for folder in folders]
-    index, rows = map(np.concatenate, zip(*found, strict=True))
+    records = [_read(folder, "hits", 23) for folder in folders]
+    index, rows = map(np.concatenate, zip(*records, strict=True))
     before = rows[:, 10:13], rows[:, 3:6], rows[:, 6]
     after = rows[:, 16:19], rows[:, 19:22], rows[:, 22]
     return Hits(index, rows[:, 2].astype(int), *before, rows[:, 13:16], *after)
@@ -86,7 +86,7 @@ def is_normal(index):
 
 
 def rebound(table, hits, half_size=HALF_SIZE, **more):
-    """`Table.rebound` of grains of these particles at hits."""
+    """Let `Table.rebound` compute rebounds of the grains of these particles at their hits."""
     given = {"omega": hits.omega, "inertia": hits.inertia, "index": hits.index, "hit": hits.hit}
     return table.rebound(hits.velocity, hits.normal, half_size, seed=SEED, **given, **more)
 

@@ -17,7 +17,7 @@ CELLS = (8, 4, 8)
 
 
 class SaturneError(RuntimeError):
-    """A program of code_saturne that failed; the message is the text of its error files."""
+    """A program of code_saturne failed; the message is the text of its error files."""
 
 
 def _environment():
@@ -49,8 +49,8 @@ def call(folder, *command):
     (Path(folder) / f"{Path(words[0]).name}.log").write_text(done.stdout, encoding="utf-8")
     if done.returncode != 0:
         errors = sorted(Path(folder).glob("error*"))
-        said = "".join(path.read_text(encoding="utf-8", errors="replace") for path in errors)
-        raise SaturneError(f"{' '.join(words)} in {folder}:\n{said or done.stdout[-3000:]}")
+        errors_text = "".join(path.read_text(encoding="utf-8", errors="replace") for path in errors)
+        raise SaturneError(f"{' '.join(words)} in {folder}:\n{errors_text or done.stdout[-3000:]}")
 
 
 def write_mesh(path):

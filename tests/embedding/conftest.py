@@ -13,13 +13,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "sampler"))
 
 @pytest.fixture(scope="session")
 def library():
-    """The library that Python draws with."""
+    """Load the library that Python draws with."""
     return toolchain.declared(loaded()._name)
 
 
 @pytest.fixture(scope="session")
 def shipped_file(tmp_path_factory):
-    """The shipped table as a binary table."""
+    """Write the shipped table as a binary table."""
     path = tmp_path_factory.mktemp("shipped") / "corundum-steel.rbt"
     write_binary_table(path, sampler.load("corundum-steel").contents)
     return path

@@ -51,8 +51,8 @@ class ndarray:  # noqa: N801  (CuPy's name)
 def _method(name):
     def method(self, *arguments, **keywords):
         given = [getattr(value, "host", value) for value in arguments]
-        found = getattr(self.host, name)(*given, **keywords)
-        return found if name in _OF_PYTHON else ndarray(found)
+        result = getattr(self.host, name)(*given, **keywords)
+        return result if name in _OF_PYTHON else ndarray(result)
 
     return method
 

@@ -45,24 +45,24 @@ def read_cases(name):
 def answer(table, kind, given, keys):
     """Give the code of a case, its numbers, the inertia after a spin; or zeros after an error."""
     seed, index, hit = np.uint64(keys[0]), np.uint64(keys[1]), np.uint32(keys[2])
-    how, given = {"index": index, "hit": hit, "seed": seed}, [float(x) for x in given]
+    keywords, given = {"index": index, "hit": hit, "seed": seed}, [float(x) for x in given]
     spins = kind.startswith("spin")
-    how |= {"inertia": given.pop()} if spins else {}
+    keywords |= {"inertia": given.pop()} if spins else {}
     spin, given = (given[-3:], given[:-3]) if spins else ([], given)
     every, after = np.zeros(len(VARIABLES)), np.zeros(1)
     if kind in ("draw", "spin-draw"):
         out = np.zeros(len(table.columns))
         places = [VARIABLES.index(name) for name in table.columns]
-        how |= {"spin": tuple(spin), "inertia_after": after} if spins else {}
-        code = sampler.numba.sample(table.handle, *given, **how, out=out)
+        keywords |= {"spin": tuple(spin), "inertia_after": after} if spins else {}
+        code = sampler.numba.sample(table.handle, *given, **keywords, out=out)
         out, kept = np.append(out, after), None
     else:
         out, places = np.zeros(7), range(6)
-        how |= {"roughness": given.pop()} if "rough" in kind else {}
-        how |= {"omega": tuple(spin)} if spins else {"fresh": not table.has_spin}
+        keywords |= {"roughness": given.pop()} if "rough" in kind else {}
+        keywords |= {"omega": tuple(spin)} if spins else {"fresh": not table.has_spin}
         impact = tuple(given[:3]), tuple(given[3:6]), given[6], tuple(given[7:])
-        code = sampler.numba.rebound(table.handle, *impact, **how, out=out)
-        kept = [*given[:3], *(spin or [0.0] * 3), how.get("inertia", 0.0)]
+        code = sampler.numba.rebound(table.handle, *impact, **keywords, out=out)
+        kept = [*given[:3], *(spin or [0.0] * 3), keywords.get("inertia", 0.0)]
     if code == NOT_APPROACHING and kept:
         np.testing.assert_array_equal(out, kept)
     else:

@@ -1,4 +1,4 @@
-"""Many rows in one call of C: the results of one by one, whatever other rows are; and grains."""
+"""Many rows in one call of C give the same results as one by one; and grains."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def kept(arrays, law, spin):
 
 
 def sample(library, table, arrays, law, rows=slice(None)):
-    """Codes and states, and what the call returns."""
+    """Return the value of the call, the codes and the states."""
     n, fresh = arrays["alpha1"][rows].size, LAWS[law][1]
     states, after = np.full((n, library.rbt_variables(table, None)), 7.0), np.full(n, 7.0)
     codes, only = np.full((2, n), 7, np.int32)
@@ -105,11 +105,11 @@ def rebound(library, table, arrays, law, rows=slice(None), isotropic=0):
     return code, codes, np.hstack([*after.values()])
 
 
-def check_rows(call, library, table, arrays, law, n, **how):
-    code, codes, found = call(library, table, arrays, law, **how)
-    alone = [call(library, table, arrays, law, slice(k, k + 1), **how) for k in range(n)]
+def check_rows(call, library, table, arrays, law, n, **options):
+    code, codes, results = call(library, table, arrays, law, **options)
+    alone = [call(library, table, arrays, law, slice(k, k + 1), **options) for k in range(n)]
     np.testing.assert_array_equal(codes, [one[0] for one in alone])
-    assert (found == np.array([one[2][0] for one in alone]).reshape(found.shape)).all()
+    assert (results == np.array([one[2][0] for one in alone]).reshape(results.shape)).all()
     assert code == np.bitwise_or.reduce(codes.astype(int), initial=0)
 
 
@@ -127,11 +127,11 @@ def test_draws_are_those_one_by_one(library, name, law, n):
 @pytest.mark.parametrize(("wall", "rough", "flat"), [(1, 0, 1), (0, 1, 1), (0, 1, 0)])
 @pytest.mark.parametrize("law", LAWS)
 def test_rebounds_are_those_one_by_one(library, law, wall, rough, flat, n):
-    arrays, how = impacts(n, law, wall, rough), {"isotropic": 1 - flat}
+    arrays, options = impacts(n, law, wall, rough), {"isotropic": 1 - flat}
     with toolchain.opened(library, VECTORS / "spin-works.rbt") as table:
         arrays |= {"grain": np.tile([0.0, 0.8, 0.7], (n, 1))} if "grain" in arrays else {}
-        check_rows(rebound, library, table, arrays, law, n, **how)
-        expected = rebound(library, table, arrays, law, **how)[2]
+        check_rows(rebound, library, table, arrays, law, n, **options)
+        expected = rebound(library, table, arrays, law, **options)[2]
         # results may take the place of arguments
         after = {"velocity": arrays["velocity"], "omega": arrays.get("omega", np.zeros((n, 3)))}
         after["inertia"] = arrays.get("inertia", np.zeros(n)).reshape(n, 1)
@@ -167,17 +167,17 @@ def test_a_row_with_an_error_is_nan_and_leaves_the_others_alone(
         for row in (bad, 60):
             # a wall that flees from the particle
             arrays[name][row] = -1e4 * arrays["normal"][row] if value is None else value
-        first, codes, found = call(library, table, arrays, law)
+        first, codes, results = call(library, table, arrays, law)
     assert first == code
     assert np.flatnonzero(codes < 0).tolist() == [bad, 60]
-    kept = found[[bad, 60]]
+    kept = results[[bad, 60]]
     if call is rebound and code == -3:  # the particle goes on
         np.testing.assert_array_equal(kept[:, :3], arrays["velocity"][[bad, 60]])
         assert not kept[:, 3:].any()
     else:
         assert np.isnan(kept).all()
     good = codes >= 0
-    np.testing.assert_array_equal(found[good], whole[good])
+    np.testing.assert_array_equal(results[good], whole[good])
 
 
 def test_what_is_missing_is_an_error_and_nothing_is_written(library):

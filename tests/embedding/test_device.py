@@ -1,6 +1,6 @@
-"""Draws on a GPU are those of the table and refuse what it refuses; compilers for GPUs take them.
+"""Draws on a GPU equal those of the table and refuse the same input; GPU compilers accept the code.
 
-Where there is no CuPy with a GPU, a stand-in, `cupy_on_host`, runs the same kernels on the host.
+If there is no CuPy with a GPU, the stand-in `cupy_on_host` runs the same kernels on the host.
 """
 
 import ctypes
@@ -43,10 +43,10 @@ def cupy(tmp_path_factory):
     try:
         import cupy
 
-        found = cupy.cuda.runtime.getDeviceCount() > 0
+        has_gpu = cupy.cuda.runtime.getDeviceCount() > 0
     except (ImportError, RuntimeError):
-        found = False
-    if found:
+        has_gpu = False
+    if has_gpu:
         yield cupy
         return
     with cupy_on_host.in_place_of_cupy(tmp_path_factory.mktemp("programs")) as cupy:
@@ -58,16 +58,19 @@ def load(name, **keywords):
 
 
 def there(cupy, given):
-    """The same arguments, arrays on the device."""
+    """Copy the arrays among arguments to the device."""
     return {k: cupy.asarray(v) if isinstance(v, np.ndarray) else v for k, v in given.items()}
 
 
-def same(cupy, found, expected, error=0.0):
-    """Check an array of the device; a GPU's functions differ from the host's in the last digits."""
-    assert isinstance(found, cupy.ndarray)
-    assert (found.shape, found.dtype) == (expected.shape, expected.dtype)
+def same(cupy, actual, expected, error=0.0):
+    """Compare an array of the device with one of the host.
+
+    On a GPU, functions such as the sine differ in the last digits.
+    """
+    assert isinstance(actual, cupy.ndarray)
+    assert (actual.shape, actual.dtype) == (expected.shape, expected.dtype)
     allowed = max(error, 0.0 if cupy is cupy_on_host else 1e-5) * np.abs(expected).max(initial=0.0)
-    np.testing.assert_allclose(cupy.asnumpy(found), expected, rtol=0.0, atol=allowed)
+    np.testing.assert_allclose(cupy.asnumpy(actual), expected, rtol=0.0, atol=allowed)
 
 
 @pytest.mark.parametrize("name", ["full", "plane", "all-eight", "works", "pruned"])
@@ -80,8 +83,8 @@ def test_draws_have_the_bits_of_the_table(cupy, name):
 def test_draws_with_spin_have_the_bits_of_the_table(cupy, grain):
     table = load("spin")
     given = CONDITIONS | {"spin": RNG.standard_normal((N, 3))}
-    found = table.to_device().sample(**there(cupy, given), grain=grain)
-    same(cupy, found, table.sample(**given, grain=grain))
+    states = table.to_device().sample(**there(cupy, given), grain=grain)
+    same(cupy, states, table.sample(**given, grain=grain))
     spheres = sampler.load("kharaz-2001")
     same(cupy, spheres.to_device().sample(**there(cupy, given)), spheres.sample(**given), 1e-5)
 
@@ -103,28 +106,28 @@ def test_rebounds_are_those_of_the_table(cupy, more):
     energies = cupy.asarray(works)
     after = table.to_device().rebound(**there(cupy, given), works=energies)
     expected = *table.rebound(**given, works=works), works
-    for found, values in zip((*after, energies), expected, strict=True):
+    for actual, values in zip((*after, energies), expected, strict=True):
         # last digits of the C library's functions reach features in single precision
-        same(cupy, found, values, 1e-5)
+        same(cupy, actual, values, 1e-5)
     assert works.any()
 
 
 def test_numbers_in_single_precision_are_rounded_once(cupy):
     table = load("full")
     given = CONDITIONS | {k: CONDITIONS[k].astype(np.float32) for k in ("alpha1", "speed")}
-    found = table.to_device("float32").sample(**there(cupy, given))
-    same(cupy, found, table.sample(**given).astype(np.float32))
+    states = table.to_device("float32").sample(**there(cupy, given))
+    same(cupy, states, table.sample(**given).astype(np.float32))
 
 
 def test_shapes(cupy):
-    """Arguments broadcast and may lie on the host; there may be none, or more than threads."""
+    """Arguments broadcast and may be on the host; calls may have no row, or many."""
     table = load("plane")
     device = table.to_device()
     for alpha1, index in (([[0.5], [0.9]], [[3, 4, 5]]), (0.5, np.arange(4200)), ([], 0)):
         given = {"alpha1": alpha1, "speed": 100.0, "seed": 1, "index": index}
         same(cupy, device.sample(**given), table.sample(**given))
-    how = {"grain": "fresh", "seed": 1, "index": 2}
-    one = device.rebound([60.0, -60.0, 0.0], [0.0, 1.0, 0.0], 1e-5, **how)
+    keys = {"grain": "fresh", "seed": 1, "index": 2}
+    one = device.rebound([60.0, -60.0, 0.0], [0.0, 1.0, 0.0], 1e-5, **keys)
     assert one.velocity.shape == one.omega.shape == (3,)
 
 
@@ -132,10 +135,10 @@ def test_draws_outside_are_counted_and_told_once(cupy):
     table, given = load("full"), CONDITIONS | {"speed": CONDITIONS["speed"].copy()}
     given["speed"][[7, 30]] = 500.0
     device = table.to_device()
-    with pytest.warns(OutsideTableWarning) as told:
+    with pytest.warns(OutsideTableWarning) as caught:
         [device.sample(**there(cupy, given)) for _ in range(2)]
     table.sample(**given)
-    assert len(told) == sum(number > 0 for number in table.counts.values())
+    assert len(caught) == sum(number > 0 for number in table.counts.values())
     assert device.counts == {kind: 2 * number for kind, number in table.counts.items()}
     assert device.counts["speed"] == 4
 
@@ -154,15 +157,15 @@ REBOUND |= {"normal": [0.0, 1.0, 0.0], "half_size": 1e-5, "grain": "fresh"}
     ],
 )
 def test_a_device_refuses_what_the_table_refuses(cupy, call, arguments, name, value):
-    """With the same line, which names the row."""
+    """The error line is the same, and names the row."""
     given = arguments | {"index": np.arange(5), "hit": np.zeros(5, np.int64), "seed": 1}
     given[name] = given[name].copy()
     given[name][3] = value
     table = load("full", outside="raise")
     line = refused(name, getattr(table, call), **given)
-    found = refused(name, getattr(table.to_device(), call), **there(cupy, given))
-    line, found = (x.replace("row 3 (particle 3)", "index 3") for x in (line, found))
-    assert found == line
+    device_line = refused(name, getattr(table.to_device(), call), **there(cupy, given))
+    line, device_line = (x.replace("row 3 (particle 3)", "index 3") for x in (line, device_line))
+    assert device_line == line
     assert "index 3" in line
 
 
@@ -187,13 +190,13 @@ def test_nvrtc_compiles_it_as_cupy_does():
     assert create(ctypes.byref(program), source().encode(), b"program.cu", 0, None, None) == 0
     words = [word.encode() for word in (*options("float64"), "-arch=compute_75")]
     given = (ctypes.c_char_p * len(words))(*words)
-    status, found = library.nvrtcCompileProgram(program, len(words), given), []
+    status, outputs = library.nvrtcCompileProgram(program, len(words), given), []
     for name in ("ProgramLog", "PTX"):
         getattr(library, f"nvrtcGet{name}Size")(program, ctypes.byref(size))
         buffer = ctypes.create_string_buffer(size.value + 1)
         getattr(library, f"nvrtcGet{name}")(program, buffer)
-        found.append(buffer.value.decode())
-    messages, code = found
+        outputs.append(buffer.value.decode())
+    messages, code = outputs
     assert (status, messages.strip("\n ")) == (0, "")
     assert set(re.findall(r"\.entry (\w+)", code)) == KERNELS
     assert ".extern .func" not in code  # nothing of libc
@@ -215,5 +218,5 @@ def test_clang_compiles_it_for_amd(real, tmp_path):
     flags = ["-x", "hip", "--cuda-device-only", "-nogpuinc", "-nogpulib", "--offload-arch=gfx90a"]
     flags += ["-O1", "-S", f"-DRBT_REAL={real}", "-include", HERE / "hip_declarations.h"]
     toolchain.compile_with("clang++", [*flags, tmp_path / "kernels.cpp"], tmp_path / "kernels.s")
-    made = (tmp_path / "kernels.s").read_text()
-    assert set(re.findall(r"\.amdhsa_kernel (\w+)", made)) == KERNELS
+    assembly = (tmp_path / "kernels.s").read_text()
+    assert set(re.findall(r"\.amdhsa_kernel (\w+)", assembly)) == KERNELS

@@ -52,8 +52,8 @@ def law(alpha1, roughness, across):
 def test_tilts_follow_their_density(tilts, degrees, roughness, across):
     """False-alarm rate 1e-7 for each of thirty cases."""
     alpha1 = np.radians(degrees)
-    found = kstest(tilts(alpha1, roughness, across), law(alpha1, roughness, across))
-    assert found.pvalue > 1e-7
+    result = kstest(tilts(alpha1, roughness, across), law(alpha1, roughness, across))
+    assert result.pvalue > 1e-7
 
 
 def test_a_wrong_density_is_seen(tilts):

@@ -1,4 +1,4 @@
-"""The function for Fluent in a stand-in for its header: one hit, beside Python."""
+"""The function for Fluent, compiled with a stand-in for its header: one hit equals Python's."""
 
 import shutil
 from pathlib import Path
@@ -18,7 +18,7 @@ OUTWARDS = np.array([0.0, np.cos(TURN), np.sin(TURN)])
 
 
 def run(folder, dimensions, swirl, position, velocity, normal, wall=None):
-    """Status, velocity and user scalars of a particle after a hit, and what was printed before."""
+    """Return status, velocity and user scalars of a particle after a hit, and the printed lines."""
     program = folder / f"hit{dimensions}"
     if not program.exists():
         flags = [f"-DRP_3D={int(dimensions == 3)}", f"-I{HERE}", "-Wno-unused-parameter"]
@@ -39,7 +39,7 @@ def folder(tmp_path, shipped_file, monkeypatch):
 
 
 def expected(velocity, normal, wall=(0.0, 0.0, 0.0)):
-    """Velocity, and the user scalars, after the first hit of the particle 3."""
+    """Return velocity and user scalars after the first hit of particle 3, by Python."""
     keys = {"seed": 7, "index": 3, "hit": 0, "wall_velocity": wall}
     after = sampler.load("corundum-steel").rebound(velocity, normal, HALF_SIZE, **keys)
     return np.array([1.0, *after.velocity, 1.0, *after.omega, after.inertia])
@@ -47,49 +47,49 @@ def expected(velocity, normal, wall=(0.0, 0.0, 0.0)):
 
 def test_three_dimensions(folder):
     velocity, outwards = np.array([90.0, -60.0, 30.0]), np.array([0.0, -1.0, 0.0])
-    found, _ = run(folder, 3, False, np.zeros(3), velocity, outwards)
-    np.testing.assert_allclose(found, expected(velocity, -outwards), rtol=1e-9)
+    result, _ = run(folder, 3, False, np.zeros(3), velocity, outwards)
+    np.testing.assert_allclose(result, expected(velocity, -outwards), rtol=1e-9)
 
 
 def test_plane_and_axisymmetric_cases_keep_two_components(folder):
     velocity, outwards = np.array([90.0, -60.0, 0.0]), np.array([0.6, -0.8, 0.0])
-    found, _ = run(folder, 2, False, np.zeros(3), velocity, outwards)
+    result, _ = run(folder, 2, False, np.zeros(3), velocity, outwards)
     after = expected(velocity, -outwards)
     after[3] = 0.0
-    np.testing.assert_allclose(found, after, rtol=1e-9)
+    np.testing.assert_allclose(result, after, rtol=1e-9)
 
 
 def test_axisymmetric_swirl_turns_the_normal_with_the_particle(folder):
     """A pipe's wall at 60 degrees of azimuth; the face lies in the half-plane z = 0."""
     velocity = 80.0 * OUTWARDS + [60.0, 0.0, 0.0] + 20.0 * np.cross([1.0, 0.0, 0.0], OUTWARDS)
-    found, _ = run(folder, 2, True, 0.1 * OUTWARDS, velocity, [0.0, 1.0, 0.0])
-    np.testing.assert_allclose(found, expected(velocity, -OUTWARDS), rtol=1e-9)
-    assert found[1:4] @ OUTWARDS < 0.0
+    result, _ = run(folder, 2, True, 0.1 * OUTWARDS, velocity, [0.0, 1.0, 0.0])
+    np.testing.assert_allclose(result, expected(velocity, -OUTWARDS), rtol=1e-9)
+    assert result[1:4] @ OUTWARDS < 0.0
 
 
 @pytest.mark.parametrize("dimensions", [2, 3])
 def test_the_velocity_of_a_moving_wall_is_passed(folder, dimensions):
     velocity, outwards = np.array([90.0, 60.0, 0.0]), np.array([0.0, 1.0, 0.0])
     wall = np.array([20.0, -8.0, 0.0])
-    found, _ = run(folder, dimensions, False, np.zeros(3), velocity, outwards, wall)
+    result, _ = run(folder, dimensions, False, np.zeros(3), velocity, outwards, wall)
     after = expected(velocity, -outwards, wall)
     if dimensions == 2:
         after[3] = 0.0
-    np.testing.assert_allclose(found, after, rtol=1e-9)
+    np.testing.assert_allclose(result, after, rtol=1e-9)
 
 
 def test_a_particle_that_leaves_the_wall_goes_on(folder):
     velocity = np.array([90.0, 60.0, 30.0])
-    found, _ = run(folder, 3, False, np.zeros(3), velocity, np.array([0.0, -1.0, 0.0]))
-    np.testing.assert_array_equal(found, [1.0, *velocity, 0.0, 0.0, 0.0, 0.0, 0.0])
+    result, _ = run(folder, 3, False, np.zeros(3), velocity, np.array([0.0, -1.0, 0.0]))
+    np.testing.assert_array_equal(result, [1.0, *velocity, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
-def test_a_missing_table_is_said(folder):
+def test_a_missing_table_is_reported(folder):
     (folder / "corundum-steel.rbt").unlink()
-    found, said = run(folder, 3, False, np.zeros(3), [9.0, -9.0, 0.0], [0.0, -1.0, 0.0])
-    assert found[0] == 0.0
-    assert len(said) == 1
-    assert said[0].startswith(
+    result, printed = run(folder, 3, False, np.zeros(3), [9.0, -9.0, 0.0], [0.0, -1.0, 0.0])
+    assert result[0] == 0.0
+    assert len(printed) == 1
+    assert printed[0].startswith(
         "rebound_wall: corundum-steel.rbt: the file does not exist, or may not be read"
     )
-    assert said[0].endswith("; all particles that meet a wall are aborted")
+    assert printed[0].endswith("; all particles that meet a wall are aborted")

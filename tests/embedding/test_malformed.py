@@ -176,5 +176,5 @@ def test_flipped_bits(library, tmp_path):
         expected = -24 if at < places["major"] else -25 if at < places["minor"] else -27
         expected = -26 if field_offset("file_bytes") <= at < places["sha256"] else expected
         of_header = at - places["header_bytes"] in range(4)  # shorter, or longer than the file
-        found = toolchain.open_code(library, path)[0]
-        assert found == expected or (of_header and found == -26), at
+        code = toolchain.open_code(library, path)[0]
+        assert code == expected or (of_header and code == -26), at

@@ -26,10 +26,10 @@ def load(name):
     return sampler.load(VECTORS / f"{name}.h5")
 
 
-def agree(kind, found, expected):
+def agree(kind, actual, expected):
     """Compare rows of six numbers or more, velocities and angular velocities apart."""
     for part in (slice(0, 3), slice(3, None)):
-        values, wanted = np.atleast_2d(found)[:, part], np.atleast_2d(expected)[:, part]
+        values, wanted = np.atleast_2d(actual)[:, part], np.atleast_2d(expected)[:, part]
         allowed = ROUNDING[kind] * np.abs(wanted).max(axis=1, initial=1.0)
         assert (np.abs(values - wanted) <= allowed[:, None]).all()
 

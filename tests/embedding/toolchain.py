@@ -43,12 +43,12 @@ def find(compiler):
 def wheel_file(package, end):
     """File of an installed package whose path ends so, or None without the package."""
     try:
-        found = distribution(package)
+        wheel = distribution(package)
     except PackageNotFoundError:
         return None
     # a package without the file is a test that fails, not one that is skipped
-    (path,) = (path for path in found.files if str(path).endswith(f"/{end}"))
-    return Path(found.locate_file(path)).resolve(strict=True)
+    (path,) = (path for path in wheel.files if str(path).endswith(f"/{end}"))
+    return Path(wheel.locate_file(path)).resolve(strict=True)
 
 
 def require(compiler):

@@ -21,7 +21,7 @@ def config():
 
 @pytest.fixture(scope="session")
 def models(table, config):
-    """The laws of `wall_laws` that are made of models."""
+    """Wall laws of the example `wall_laws` that need no table."""
     from wall_laws import model_laws
 
     return model_laws(table, config)

@@ -1,4 +1,4 @@
-"""The bend: its gas, hits of straight paths, sums along a wall, and OpenFOAM's records."""
+"""Example `bend`: the gas, hits of straight paths, sums along a wall, and OpenFOAM's records."""
 
 import bend
 import numpy as np
@@ -10,7 +10,7 @@ HEAVY = (150.0, 0.1)
 
 
 def mirror(velocity, normal, diameter, omega, moment, **keys):
-    """Perfect rebound without spin."""
+    """Reflect particles like a mirror, without spin."""
     into = (velocity * normal).sum(axis=1)[:, None]
     return velocity - 2.0 * into * normal, np.zeros_like(omega), np.zeros_like(moment)
 
@@ -24,10 +24,12 @@ def test_gas_has_the_same_rate_everywhere_and_drag_is_that_of_schiller_and_nauma
         forward = velocity[0] * direction[1] - velocity[1] * direction[0]
         assert forward.mean() == pytest.approx(1.0, rel=1e-4)
     slip = np.array([100.0, 0.0, -3.0])
-    found = bend.acceleration((120.0, 30e-6), np.array([[-0.05], [0.15]]), [[20.0], [0.0], [3.0]])
+    acceleration = bend.acceleration(
+        (120.0, 30e-6), np.array([[-0.05], [0.15]]), [[20.0], [0.0], [3.0]]
+    )
     reynolds = 1.16 * 30e-6 * np.linalg.norm(slip) / 1.85e-5
     expected = slip * (1.0 + 0.15 * reynolds**0.687) * 18.0 * 1.85e-5 / (3950.0 * 30e-6**2)
-    np.testing.assert_allclose(found[:, 0], expected)
+    np.testing.assert_allclose(acceleration[:, 0], expected)
 
 
 def test_straight_paths_meet_the_outer_wall_at_their_angle_and_keep_it():
@@ -45,7 +47,7 @@ def test_straight_paths_meet_the_outer_wall_at_their_angle_and_keep_it():
 
 
 def test_spin_decays_by_the_moment_that_the_rebound_gave():
-    """From 1e6 rad/s, in Stokes flow; moments stay with their particles."""
+    """The spin begins at 1e6 rad/s and decays in Stokes flow, by the inertia of each particle."""
     seen = []
 
     def spin(velocity, normal, diameter, omega, moment, index, hit, **keys):
@@ -67,7 +69,7 @@ def test_spin_decays_by_the_moment_that_the_rebound_gave():
 
 
 def random_impacts(rng, particles):
-    """Impacts at 30 degrees of particles that hit 1.5 times; the speed grows along the wall."""
+    """Make impacts at 30 degrees, 1.5 for each particle, with a speed that grows along the wall."""
     hits = rng.poisson(1.5, particles)
     index = np.repeat(np.arange(particles), hits)
     number = np.arange(len(index)) - np.repeat(np.cumsum(hits) - hits, hits)

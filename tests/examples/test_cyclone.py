@@ -1,4 +1,4 @@
-"""The cyclone: its gas, flights between walls, what grains keep at walls, and the command."""
+"""Example `cyclone`: the gas, flights between walls, energy kept at walls, and the command."""
 
 import json
 
@@ -95,11 +95,11 @@ def test_flights_are_those_of_an_independent_integration():
         return np.hypot(p[0], p[1]) - cyclone.wall_radius(p[2])
 
     surface.terminal = True
-    made = solve_ivp(slope, (0.0, 1.0), start[0], events=surface, rtol=1e-9, atol=1e-12)
+    solution = solve_ivp(slope, (0.0, 1.0), start[0], events=surface, rtol=1e-9, atol=1e-12)
     ends, _, times = cyclone.fly_all(start, drags, np.ones(1))
     assert ends[0] in (BODY, CONE)
-    np.testing.assert_allclose(times, made.t_events[0], rtol=1e-3)
-    np.testing.assert_allclose(start, made.y_events[0], rtol=2e-3, atol=1e-4)
+    np.testing.assert_allclose(times, solution.t_events[0], rtol=1e-3)
+    np.testing.assert_allclose(start, solution.y_events[0], rtol=2e-3, atol=1e-4)
 
 
 def test_every_grain_ends_and_walls_take_energy_at_every_hit(config):
@@ -132,7 +132,7 @@ def test_every_grain_ends_and_walls_take_energy_at_every_hit(config):
 
 
 def test_a_law_that_is_direct_simulation_gives_its_columns(config):
-    """Within four standard errors, where a law that ignores spins is off by more."""
+    """Results agree within four standard errors; those of a law that ignores spins do not."""
     model = DirectModel(config)
 
     def no_spin(velocity, normal, half_size, *, omega, inertia, **keys):

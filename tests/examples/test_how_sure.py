@@ -1,4 +1,4 @@
-"""How sure: the laws below the measured speeds, and the command."""
+"""Example `how_sure`: the laws below the measured speeds, and the command."""
 
 import how_sure
 import numpy as np

@@ -1,4 +1,4 @@
-"""The tracker of two plates: the table beside direct simulation."""
+"""Example `tracker`, two plates: the table against direct simulation."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from tablegen import DirectModel
 
 
 class Walls:
-    """A table or direct simulation that counts hits, and energies at them, by their number."""
+    """Wall law that counts hits and sums energies by the number of the hit."""
 
     def __init__(self, model, n, spinning=True):
         self.model, self.spinning = model, spinning
@@ -32,7 +32,7 @@ class Walls:
     ],
 )
 def test_grains_through_the_separator(table, config, monkeypatch, n, spinning):
-    """Numbers within 1 % and energies within 3 % by hit, and five standard errors.
+    """Numbers agree within 1 %, energies within 3 %, each plus five standard errors.
 
     An exact law fails with a probability below 1e-5; a tracker that loses its spins fails.
     """

@@ -1,4 +1,4 @@
-"""Wall laws: the flow and flights past the cylinders, and tables beside direct simulation."""
+"""Example `wall_laws`: flow, flights past the cylinders, and tables against direct simulation."""
 
 import cylinders
 import numpy as np
@@ -42,16 +42,16 @@ def test_flights_are_those_of_an_independent_integration():
         return np.hypot(p[0], p[1]) - RADIUS
 
     surface.terminal = True
-    made = solve_ivp(slope, (0.0, 1.0), start[0], events=surface, rtol=1e-9, atol=1e-12)
+    solution = solve_ivp(slope, (0.0, 1.0), start[0], events=surface, rtol=1e-9, atol=1e-12)
     column, normal, time, _ = cylinders.fly(start, drags, np.zeros(cylinders.CELLS))
     assert column[0] == 0
-    np.testing.assert_allclose(time, made.t_events[0], rtol=1e-4)
-    np.testing.assert_allclose(start, made.y_events[0], rtol=1e-3)
+    np.testing.assert_allclose(time, solution.t_events[0], rtol=1e-4)
+    np.testing.assert_allclose(start, solution.y_events[0], rtol=1e-3)
     np.testing.assert_allclose(normal[0, :2], start[0, :2] / RADIUS, rtol=1e-9)
 
 
 def test_means_are_those_of_the_polynomials():
-    """At 30 degrees, from the wall y = 0; values of Grant & Tabakoff."""
+    """The polynomials of Grant & Tabakoff at 30 degrees, for the wall y = 0."""
     velocity, normal = 100.0 * np.array([[0.75**0.5, -0.5, 0.0]]), np.array([[0.0, 1.0, 0.0]])
     law = wall_laws.mean_law(*wall_laws.MEANS["Grant & Tabakoff"])
     after, *_ = law(velocity, normal, 1e-5, None, None)
@@ -64,15 +64,15 @@ def test_means_are_those_of_the_polynomials():
     [(1000, 1), *(pytest.param(50_000, s, marks=pytest.mark.study) for s in (1, 2))],
 )
 def test_tables_are_direct_simulation_and_spheres_are_not(models, config, count, seed):
-    """Within three standard errors in every column; exact laws fail for 2 % of seeds."""
+    """Columns agree within three standard errors; equal laws would fail with 2 % of seeds."""
     compact = wall_laws.table_law(sampler.load("corundum-steel-compact"))
-    laws, found, grains = models | {"compact table": compact}, {}, DirectModel(config).grains
+    laws, results, grains = models | {"compact table": compact}, {}, DirectModel(config).grains
     for number, name in enumerate(wall_laws.LOOKS):
         if name in ("direct simulation", "table", "compact table", "sphere"):
             given = laws[name], grains, count, SIZES, 100 * seed + number, tqdm(disable=True)
-            found[name] = cylinders.figures_of(cylinders.follow(*given), *SIZES)
-    direct = found["direct simulation"]
-    off = {name: wall_laws.errors_off(row, direct) for name, row in found.items()}
+            results[name] = cylinders.figures_of(cylinders.follow(*given), *SIZES)
+    direct = results["direct simulation"]
+    off = {name: wall_laws.errors_off(row, direct) for name, row in results.items()}
     assert max(off["table"], off["compact table"]) < 3.0 < off["sphere"]
 
 

@@ -1,4 +1,4 @@
-"""Wear of the bend: laws of erosion at known points, and the command."""
+"""Example `wear`, the wear of the bend: laws of erosion at known points, and the command."""
 
 import numpy as np
 import pytest

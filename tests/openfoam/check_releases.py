@@ -1,4 +1,4 @@
-"""Compile the plugin against the headers of releases of OpenFOAM, which need not be installed.
+"""Compile the plugin against the headers of OpenFOAM releases that are not installed.
 
     python tests/openfoam/check_releases.py SOURCE...
 
@@ -49,9 +49,9 @@ def release_name(tree):
 
 
 def link_headers(tree, folder):
-    """Give every library of a tree its folder lnInclude, in a mirror of the tree's src."""
-    for made in sorted((tree / "src").rglob("Make/files")):
-        library = made.parents[1]
+    """Make a folder lnInclude for every library of a source tree, in a copy of its src."""
+    for makefile in sorted((tree / "src").rglob("Make/files")):
+        library = makefile.parents[1]
         links = folder / library.relative_to(tree / "src") / "lnInclude"
         links.mkdir(parents=True, exist_ok=True)
         for at, folders, names in os.walk(library):
@@ -63,7 +63,7 @@ def link_headers(tree, folder):
 
 
 def compiler(tree, headers):
-    """Compiler and flags by which wmake of the release would compile the plugin."""
+    """Return the compiler and the flags with which wmake of a release would compile the plugin."""
     given = {"WM_DIR": tree / "wmake", "PLUGIN": PLUGIN, "LIB_SRC": headers}
     given |= {"REBOUND_SAMPLER_INCLUDE": PLUGIN.parents[1] / "c", **SETTINGS}
     words = [f"{name}={value}" for name, value in given.items()]
@@ -74,7 +74,7 @@ def compiler(tree, headers):
 
 
 def first_error(command, unit):
-    """First error of a translation unit, None if it compiles."""
+    """Compile a file, and return its first error, or None."""
     done = subprocess.run(
         [*command, "-w", "-fsyntax-only", str(unit)], capture_output=True, text=True, check=False
     )
@@ -85,7 +85,7 @@ def first_error(command, unit):
 
 
 def check(tree, headers):
-    """Compile against one release, with a new folder for headers; return its name and result."""
+    """Compile against one release in a new folder of headers; return the release and the result."""
     name = release_name(tree)
     link_headers(tree, headers)
     command = compiler(tree, headers)

@@ -1,4 +1,4 @@
-"""Parcels in OpenFOAM's own files (ASCII): written as a start, read back as a result."""
+"""Write parcels to OpenFOAM's ASCII files before a run, and read them after it."""
 
 import re
 from pathlib import Path
@@ -32,7 +32,7 @@ _RECORDS = {
 
 
 def _rows(values):
-    """Rows of a list: a number, or a vector in parentheses; floats with all their digits."""
+    """Write rows of a list: numbers, or vectors in parentheses, with all their digits."""
     values = np.asarray(values)
     if values.ndim == 1:
         return "\n".join(map(repr, values.tolist()))
@@ -79,7 +79,7 @@ def write_cloud(case, position, velocity, diameter, density):
 
 
 def _read_field(path):
-    """Values of a field: a list, or one value for all."""
+    """Read the values of a field: a list, or one value for all."""
     text = path.read_text(encoding="ascii")
     body = text[text.index("}") + 1 :]
     body = "\n".join(line for line in body.splitlines() if not line.startswith("//"))
@@ -112,5 +112,5 @@ def read_faces(case, time, name, patch=""):
     pattern = rf"{patch}\s*{{[^{{}}]*nonuniform List<scalar>\s*\d+\s*\(([^)]*)\)"
     for part in sorted(Path(case).glob("processor*")) or [Path(case)]:
         text = (part / time / name).read_text(encoding="ascii").partition("boundaryField")[2]
-        values += [float(value) for found in re.findall(pattern, text) for value in found.split()]
+        values += [float(value) for row in re.findall(pattern, text) for value in row.split()]
     return np.array(values)

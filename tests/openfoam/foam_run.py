@@ -10,7 +10,7 @@ TABLE = "corundum-steel.rbt"
 
 
 class FoamError(RuntimeError):
-    """A program of OpenFOAM that failed; the message is the end of its output."""
+    """A program of OpenFOAM failed; the message is the end of its output."""
 
 
 def script(name, *arguments):
@@ -27,7 +27,7 @@ def copy_case(name, folder, work):
 
 
 def edit(case, file, old, new):
-    """Replace text in a file of a case; it must be there."""
+    """Replace a text that a file of a case contains."""
     path = Path(case) / file
     text = path.read_text(encoding="ascii")
     if old not in text:

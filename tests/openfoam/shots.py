@@ -93,7 +93,7 @@ def read_fields(case, time, cloud="colliding"):
 
 
 def rebound(table, velocity, normal, **given):
-    """`Table.rebound` of grains of these parcels."""
+    """Let `Table.rebound` compute rebounds of the grains of these parcels."""
     return table.rebound(velocity, normal, HALF_SIZE, seed=SEED, **given)
 
 
@@ -110,7 +110,7 @@ def first_rebound(table, shots):
 
 
 def states(shots, fields):
-    """States in the frame of each impact, from what OpenFOAM wrote, (n, 6)."""
+    """Return states (n, 6) in the frame of each impact, from the files of OpenFOAM."""
     wall, straight = WALL_VELOCITY[shots.wall], IS_NORMAL[shots.condition]
     before, after = shots.velocity - wall, fields["U"] - wall
     return states_of(before, NORMAL[shots.wall], after, fields["omega"], straight)

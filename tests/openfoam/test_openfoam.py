@@ -37,12 +37,12 @@ one_and_two = pytest.mark.parametrize("processors", [1, 2])
 
 
 def with_entries(entries, file="corundum-steel.rbt"):
-    """The change to the case that adds entries to the coefficients."""
+    """Return the change of the case that adds entries to the coefficients."""
     return CLOUD, '"corundum-steel.rbt";', f'"{file}"; {entries}'
 
 
 def with_models(*coefficients):
-    """The change to the case that puts a tabulatedRebound for each coefficients in turn."""
+    """Return the change of the case that has one tabulatedRebound for each of some coefficients."""
     model = "patchInteractionModel tabulatedRebound; tabulatedReboundCoeffs"
     common = 'tableFile "corundum-steel.rbt"; seed 7;'
     parts = [f"m{k} {{ {model} {{ {common} {c} }} }}" for k, c in enumerate(coefficients)]
@@ -54,7 +54,7 @@ def with_models(*coefficients):
 
 
 def share_off(fields, velocity, omega, inertia):
-    """Share of parcels that end otherwise than expected."""
+    """Return the share of parcels that end elsewhere than expected."""
     off = np.abs(fields["U"] - velocity).max(axis=1) > 1e-6
     # spins of ten million rad/s, of which twelve digits are written
     off |= np.abs(fields["omega"] - omega).max(axis=1) > 1.0
@@ -62,7 +62,7 @@ def share_off(fields, velocity, omega, inertia):
 
 
 def last_counts(log):
-    """Hits, deposited, and those with each flag, at the end of a run."""
+    """Return the counts at the end of a run: hits, deposits, and hits with each flag."""
     line = [line for line in log.splitlines() if "Tabulated rebounds" in line][-1]
     return [int(count) for count in line.split("=")[1].split(",")]
 
@@ -121,7 +121,7 @@ def test_a_restart_changes_nothing(work, started, cloud, tmp_path):
 
 
 def test_walls_of_a_moving_mesh_rebound_as_those_at_rest(work, table, started, tmp_path):
-    """The same shots in a box that moves as a whole."""
+    """Rebounds of the same shots, in a box that moves as a whole, are the same."""
     moving = replace(started, velocity=started.velocity + shots.BOX_VELOCITY)
     fields, _ = shots.run_shots(work, tmp_path / "case", moving, "colliding-moving")
     expected, *_ = shots.first_rebound(table, started)
@@ -136,12 +136,12 @@ SUMS = ("hits", "deposits", "mass", "energyBefore", "energyLost", "angle_deg")
 #: Speed where the last bin would end, m/s; the fastest parcels are beyond.
 MOST = 260.0
 HISTOGRAMS = f"faceHistograms yes; histogramSpeed {MOST};"
-BINS = [f"hitsOf{of}{k}" for of in ("Angle", "Speed") for k in range(10)]
+BINS = [f"hitsOf{axis}{k}" for axis in ("Angle", "Speed") for k in range(10)]
 
 
 @both_clouds
 def test_deposits_stay_and_faces_have_statistics(work, table, started, cloud, tmp_path):
-    """Through on one processor; stopped and restarted on two."""
+    """Statistics are the same on one processor, and on two with a restart in between."""
     edits = [with_entries(f"faceSums yes; {HISTOGRAMS} {DEPOSIT}")]
     whole, case = tmp_path / "whole", tmp_path / "case"
     fields, log = shots.run_shots(work, whole, started, cloud, edits=edits)
@@ -175,7 +175,7 @@ def test_deposits_stay_and_faces_have_statistics(work, table, started, cloud, tm
 
 
 def test_faces_have_histograms(work, started, tmp_path):
-    """By the places of the parcels on floor and lid."""
+    """The histograms agree with the places of the parcels on floor and lid."""
     shots.run_shots(work, tmp_path, started, edits=[with_entries(HISTOGRAMS)])
     foam_run.run(work, tmp_path, "postProcess", "-func", "writeCellCentres", "-latestTime")
     alpha, speed = np.array(first_hits.CONDITIONS)[started.condition].T
@@ -186,17 +186,17 @@ def test_faces_have_histograms(work, started, tmp_path):
         centres = np.transpose(
             [foam_files.read_faces(tmp_path, "0.001", name, patch) for name in ("Cx", "Cz")]
         )
-        found = np.zeros((len(centres), len(BINS)))
+        counts = np.zeros((len(centres), len(BINS)))
         for k, name in enumerate(BINS):  # a bin without hits is uniform
             hits = foam_files.read_faces(tmp_path, "0.001", f"kinematicCloud_{name}", patch)
-            found[:, k] = hits if hits.size else 0.0
+            counts[:, k] = hits if hits.size else 0.0
         face = np.abs(places[rows][:, None, ::2] - centres).max(axis=2).argmin(axis=1)
-        first_hits.check_bins(found, face, alpha[rows], speed[rows], MOST)
+        first_hits.check_bins(counts, face, alpha[rows], speed[rows], MOST)
 
 
 @pytest.mark.parametrize("roughness", ["", "roughness { tilt_deg 1e-5; }"])
 def test_faces_have_works(work, started, roughness, tmp_path):
-    """Of a table with works, the particles of which do not spin at first; tilts are tiny."""
+    """The table has works, particles have no spin at first, and the wall is hardly rough."""
     name = "spin-works.rbt"
     table, file = sampler.load(VECTORS / "spin-works.h5"), (VECTORS / name).as_posix()
     edits = [with_entries(f"faceSums yes; {roughness}", file)]
@@ -282,7 +282,7 @@ SIDES = """
 
 @one_and_two
 def test_a_periodic_patch_turns_the_spin(work, table, started, processors, tmp_path):
-    """OpenFOAM turns the angular momentum of colliding parcels; we the spin of the others."""
+    """OpenFOAM turns the angular momentum of colliding parcels, the plugin the spin of others."""
     left = SIDES.format(name="left", other="back", face="0 4 7 3")
     back = SIDES.format(name="back", other="left", face="0 3 2 1")
     mesh = "system/blockMeshDict"

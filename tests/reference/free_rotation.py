@@ -1,4 +1,4 @@
-"""Free motion by other means: scipy's integrator on the rotation matrix itself."""
+"""Free rotation computed independently: scipy integrates the rotation matrix."""
 
 import numpy as np
 from motion_fixtures import rotation_of

@@ -1,4 +1,4 @@
-"""The same particles through the model and through its readable reference."""
+"""Simulate the same particles with the model and with the readable reference."""
 
 import numpy as np
 from reference_model import Law, Setup, rebounds
@@ -40,7 +40,7 @@ def random_particles(population, condition, count, seed):
 
 
 def follow(population, condition, count, seed, changes=None):
-    """The same particles through both models; ``changes`` make the reference differ.
+    """Simulate particles with both models; ``changes`` alter the reference, to make it differ.
 
     ``condition``: alpha1 [degrees], speed [m/s], spin, contact resolution; ``changes``: fields of
     `Law` and `Setup`, and "truncation". Returns the model's simulation, and the reference's states

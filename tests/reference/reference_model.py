@@ -1,4 +1,4 @@
-"""The direct model written to be read: a reference for the fast one, and truth for its tests.
+"""The direct model, written to be read: the reference for tests of the fast model.
 
 Rigid particles rebound from a wall (Panfilov & Tsirkunov 2022; equation numbers are theirs). Of
 `tablegen.model` this file uses only the decorator that compiles functions; it shares none of the

@@ -1,4 +1,4 @@
-"""The readable reference: right by itself, and `tablegen.model` right by it, particle by particle.
+"""The readable reference agrees with closed forms, and `tablegen.model` agrees with it.
 
 Both models follow the same particles from the same orientations, so single rebounds are compared,
 not statistics. The differences are errors of the reference: 1e-6 of its Runge-Kutta flight, and a
@@ -32,14 +32,14 @@ SAME = 1e-4
 
 
 def follow(shape, alpha_deg, speed, spin, changes=None):
-    """The shipped population's particles of a shape through both models."""
+    """Simulate particles of one shape of the shipped population with both models."""
     population = CONFIG.population.restricted_to(shape)
     condition = alpha_deg, speed, spin, CONTACT_RESOLUTION
     return pathwise.follow(population, condition, COUNT, SEED, changes)
 
 
 def differing(fast, states, chosen=slice(None)):
-    """Share of the chosen particles whose rebounds differ."""
+    """Return the share of the chosen particles whose rebounds differ."""
     return np.mean(np.abs(states - fast.state)[chosen].max(axis=1) > SAME)
 
 

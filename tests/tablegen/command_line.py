@@ -1,4 +1,4 @@
-"""Words for the command line, shared by its tests."""
+"""Words of command lines for tests."""
 
 from tiny_tables import ROUGH
 
@@ -16,7 +16,7 @@ SIMULATE = {
 
 
 def flags(options, changes):
-    """Command-line words of options with some changed; None leaves one out."""
+    """Return the words of options, with changes; None removes an option."""
     words = []
     for name, value in (options | changes).items():
         if value is not None:
@@ -25,7 +25,7 @@ def flags(options, changes):
 
 
 def config_file(folder, config=ROUGH, **changes):
-    """File with a configuration and some changes."""
+    """Write a configuration with some changes to a file."""
     path = folder / "my.toml"
     path.write_text(config.with_changes(changes).text)
     return path

@@ -11,7 +11,7 @@ _TREES = "tablegen.accuracy.metrics.TREES"
 
 @pytest.fixture
 def quick_measurement(monkeypatch):
-    """New tables are measured with fewer states, which takes seconds off each."""
+    """Measure new tables with fewer states, which saves seconds for each table."""
 
     def few(*arguments, **settings):
         return validate_contents(*arguments, **settings | {"samples": MEASURED})
@@ -21,7 +21,7 @@ def quick_measurement(monkeypatch):
 
 @pytest.fixture
 def quick_classifier(monkeypatch):
-    """Few trees, where it does not matter how well they tell a table from direct simulation."""
+    """Give the classifier few trees, for tests that do not depend on how well it works."""
     monkeypatch.setattr(_TREES, 20)
 
 
@@ -35,17 +35,17 @@ def tiny(tmp_path_factory):
 
 @pytest.fixture
 def terminal(monkeypatch):
-    """Progress is shown as on a terminal."""
+    """Show progress as on a terminal."""
     monkeypatch.setattr("tablegen.progress.draws_over", lambda file: True)
 
 
 @pytest.fixture
 def run(call):
-    """Run the command line in this process: status, standard output, standard error."""
+    """Run the command line in this process; return status, standard output and standard error."""
     return partial(call, "tablegen")
 
 
 @pytest.fixture
 def refused(refuse):
-    """Run what must be refused: one line, and the folder as it was. Returns the line."""
+    """Run a command line that must be refused with one line and no new file; return the line."""
     return partial(refuse, "tablegen")

@@ -1,4 +1,4 @@
-"""One contact law of every kind, as a pair file states it."""
+"""Samples of contact laws: one of every kind, as a pair file states it."""
 
 SOURCE = {"source": "where it was published"}
 

@@ -1,4 +1,4 @@
-"""Deliberately wrong tables and samples: what every statistical test must be able to refuse.
+"""Wrong tables and samples, which every statistical test must be able to refuse.
 
 Each keeps the file format, the node grid and everything else that is not named. Tables are
 contents as `sampler.formats.hdf5` reads them, a node is (angle, speed).
@@ -24,40 +24,40 @@ def with_datasets(contents, changes):
 
 
 def declaring(contents, **accuracy):
-    """The same table with another declared accuracy: wrong only if it does not hold that."""
+    """Return the table with another declared accuracy."""
     config = parse_config(contents.config, "table").with_changes({"accuracy": accuracy})
     return replace(contents, config=config.text)
 
 
 def independent_channels(contents):
-    """The marginals of every class, nearly, and no dependence within a class."""
+    """Return a table with nearly the same marginals, and no dependence within a class."""
     factor = np.zeros_like(contents[FACTORS])
     factor[..., _DIAGONAL] = MIXTURE_SCALE
     return with_datasets(contents, {MEAN: 0 * contents[MEAN], FACTORS: factor})
 
 
 def shifted_speeds(contents):
-    """Each node holds the law of the next faster one, and the last its own."""
+    """Give each node the law of the next higher speed; the last node keeps its own."""
     n_speed = len(contents["axes/speed"])
     following = np.minimum(np.arange(n_speed) + 1, n_speed - 1)
     return with_datasets(contents, {name: contents[name][:, following] for name in NODE_DATASETS})
 
 
 def lopsided(contents, shift=0.05):
-    """All w a little to one side: the mirror symmetry is gone."""
+    """Move all w to one side, which breaks the mirror symmetry."""
     quantiles = contents["marginals/quantiles"].copy()
     quantiles[..., _W_HAT, :] = np.clip(quantiles[..., _W_HAT, :] + shift, -0.9999, 0.9999)
     return with_datasets(contents, {"marginals/quantiles": quantiles})
 
 
 def independent_columns(states, seed):
-    """States with the same marginals to the last bit, and every dependence destroyed."""
+    """Shuffle each variable of some states: marginals stay the same, and all dependence is lost."""
     rng = np.random.default_rng(seed)
     return np.column_stack([rng.permutation(column) for column in states.T])
 
 
 def forged(contents):
-    """A lenient declaration, and a stored accuracy of no error at all."""
+    """Return a table that declares little accuracy and stores distances of 0."""
     lenient = {"ks": 1.0, "sliced_wasserstein": 1e6, "correlation_error": 2.0, "auc": 1.0}
     stored = {path: 0.0 * contents[path] for path in contents.datasets if path[:9] == "accuracy/"}
     kept = {name: contents[name] for name in ("accuracy/alpha_deg", "accuracy/speed")}
@@ -73,7 +73,7 @@ def _at(contents, node, changes):
 
 
 def garbage(contents, nodes):
-    """All quantiles halved, and no reflection, at the nodes of a mask."""
+    """Halve all quantiles, and remove the reflection, at the nodes of a mask."""
     halved = {"marginals/quantiles": 0.5 * contents["marginals/quantiles"][nodes]}
     return _at(contents, nodes, halved | {REFLECTION: 0})
 

@@ -1,4 +1,4 @@
-"""Stand-ins for tables with a spin law, whose law is direct simulation itself: right and wrong.
+"""Stand-ins for tables with a spin law: direct simulation itself, and wrong versions of it.
 
 They say what a test of spin laws must accept, and what it must refuse.
 """
@@ -13,20 +13,20 @@ OTHER = np.uint32(2**20)
 
 
 class DirectTable:
-    """Draws by direct simulation; what it does to the spin first makes it wrong."""
+    """Draw by direct simulation, after a change of the spin that makes the law wrong, or none."""
 
     def __init__(self, config, changed=lambda omega, inertia: (omega, inertia), grain="own"):
         self.model, self.changed, self.grain = DirectModel(config), changed, grain
         self.columns, self.has_spin = self.model.columns, True
 
     def sample(self, alpha1, speed, *, spin=None, inertia=0.0, hit, **keys):
-        """As `sampler.Table.sample`."""
+        """Draw states, with the arguments of `sampler.Table.sample`."""
         spin, inertia = self.changed(np.zeros(3) if spin is None else np.array(spin), inertia)
         keys |= {"hit": hit + OTHER, "grain": self.grain}
         return self.model.sample(alpha1, speed, spin=spin, inertia=inertia, **keys)
 
     def rebound(self, velocity, normal, half_size, *, omega, inertia, hit, **keys):
-        """As `sampler.Table.rebound`."""
+        """Compute rebounds, with the arguments of `sampler.Table.rebound`."""
         omega, inertia = self.changed(omega, inertia)
         keys |= {"hit": hit + OTHER, "grain": self.grain}
         if self.grain == "fresh":

@@ -86,8 +86,8 @@ def surface(points):
 
 
 def directions(rng, count):
-    found = rng.normal(size=(count, 3))
-    return found / np.linalg.norm(found, axis=1, keepdims=True)
+    vectors = rng.normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def population_of(*solids, weights=None, shapes=None):

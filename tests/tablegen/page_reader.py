@@ -1,4 +1,4 @@
-"""Reads a page of HTML, and refuses what no page of ours may be."""
+"""Read an HTML page, and refuse what no page of this package may contain."""
 
 import re
 from html.parser import HTMLParser
@@ -36,7 +36,7 @@ class Page(HTMLParser):
 
 
 def read_page(text):
-    """Page that is well-formed, has headings in order and links that lead, and fetches nothing."""
+    """Check that a page is well-formed, with headings in order and links that work."""
     page = Page(text)
     names = [tag for tag, _ in page.tags]
     levels = [int(name[1]) for name in names if re.fullmatch("h[1-6]", name)]

@@ -1,4 +1,4 @@
-"""Impacts of chains and what direct simulation makes of them."""
+"""Impacts of chains, and their rebounds by direct simulation."""
 
 import numpy as np
 

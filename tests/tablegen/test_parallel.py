@@ -1,4 +1,4 @@
-"""Work side by side: order of results, errors, and how far ahead pieces are taken."""
+"""`tablegen.parallel`: order of results, errors, and how far ahead pieces are started."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""Progress of long work: a bar on a terminal, lines in a log."""
+"""`tablegen.progress`: a bar on a terminal, and lines in a log."""
 
 from tablegen import progress
 
@@ -14,10 +14,10 @@ def test_a_log_gets_lines_of_long_work_only(capsys, monkeypatch):
     assert capsys.readouterr().err == ""
     monkeypatch.setattr(progress, "INTERVAL", 0.0)
     work()
-    said = capsys.readouterr().err
-    assert all(line.startswith("tablegen: fitting: ") for line in said.splitlines())
-    assert "1 of 3 pieces" in said
-    assert "\r" not in said
+    log = capsys.readouterr().err
+    assert all(line.startswith("tablegen: fitting: ") for line in log.splitlines())
+    assert "1 of 3 pieces" in log
+    assert "\r" not in log
 
 
 def test_a_terminal_gets_a_bar(terminal, capsys):

@@ -43,7 +43,7 @@ ROUGH = TINY.with_changes(
 
 
 class Tiny(NamedTuple):
-    """The tiny table's file, and what `generate` said of it."""
+    """The file of the tiny table, and the result of `generate`."""
 
     path: Path
     generated: Generated

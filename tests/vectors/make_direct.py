@@ -51,12 +51,12 @@ def simulated(name, alpha_deg, speed, spin, inertia):
 
 def lines(name):
     for alpha_deg, speed, spin, inertia in CONDITIONS:
-        made = simulated(name, alpha_deg, speed, spin, inertia)
+        simulation = simulated(name, alpha_deg, speed, spin, inertia)
         given = " ".join(float(x).hex() for x in (alpha_deg, speed, *spin, inertia))
         for index in range(COUNT):
-            after = *made.state[index], made.inertia[index]
+            after = *simulation.state[index], simulation.inertia[index]
             numbers = " ".join(float(x).hex() for x in after)
-            yield f"{given} {index} {made.collisions[index]} {numbers}\n"
+            yield f"{given} {index} {simulation.collisions[index]} {numbers}\n"
 
 
 if __name__ == "__main__":

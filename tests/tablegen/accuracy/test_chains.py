@@ -1,4 +1,4 @@
-"""Chains of hits beside direct simulation: the law itself holds, wrong laws do not."""
+"""Chains of hits: direct simulation agrees with itself, and wrong laws do not."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ KINDS = ["ellipsoid", "prism", "truncated-prism", "tetrahedron", "disc"]
 
 
 class Mirror:
-    """Elastic walls that set grains at rest spinning, and keep spins."""
+    """Elastic walls that give grains without spin a spin, and keep other spins."""
 
     def rebound(self, velocity, normal, half_size, *, omega, inertia, index, **keys):
         into = np.einsum("ni,ni->n", velocity, normal)[:, None]
@@ -43,9 +43,9 @@ def missed(hits, targets=TARGETS):
 @pytest.mark.parametrize("geometry", GEOMETRIES)
 def test_the_law_itself_holds(kind, geometry):
     index = kinds_of_grains(DirectModel(CONFIG), 3, 2000)[kind]
-    found = compare_chain(DirectTable(CONFIG), CONFIG, (kind, index), geometry, 3)
-    assert len(found) == len(GROUPS)
-    assert missed(found) == set()
+    hits = compare_chain(DirectTable(CONFIG), CONFIG, (kind, index), geometry, 3)
+    assert len(hits) == len(GROUPS)
+    assert missed(hits) == set()
 
 
 @pytest.mark.parametrize("name", WRONG)
@@ -100,7 +100,7 @@ def test_walls_of_any_direction_are_met_at_all_angles_and_speeds_are_kept():
 
 
 def test_errors_are_those_of_repetitions():
-    """Of pairs with equal grains; a deviation of 60 numbers is within 30 % of the error."""
+    """The deviation of 60 repetitions with equal grains is within 30 % of the error."""
     rng, signed = np.random.default_rng(1), []
     for _ in range(60):
         grain = rng.normal(size=(1, 400))
@@ -121,9 +121,9 @@ def test_a_narrow_scene_has_chains_that_begin_at_its_angles():
     begun = []
 
     class Wall(DirectTable):
-        def rebound(self, velocity, normal, half_size, **how):
+        def rebound(self, velocity, normal, half_size, **keys):
             begun.append((velocity, normal))
-            return super().rebound(velocity, normal, half_size, **how)
+            return super().rebound(velocity, normal, half_size, **keys)
 
     compare_chain(Wall(few), few, ("all", np.arange(50, dtype="u8")), "any", 1)
     angles = [

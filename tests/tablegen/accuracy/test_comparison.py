@@ -1,4 +1,4 @@
-"""A table beside direct simulation at one condition: all numbers, at the resolution of states."""
+"""The comparison at one condition: all its numbers, and the resolution of states."""
 
 import json
 
@@ -17,7 +17,9 @@ def test_a_comparison_holds_the_numbers_of_its_functions():
     table, direct = states(31, 2000), states(41, 1500)
     result = compare(table, direct, alpha_deg=42.5, speed=140.0, seed=3)
     settings, blurred = Settings(seed=3), (at_resolution(table, 0), at_resolution(direct, 1))
-    assert result.estimates == {n: of(*blurred, settings) for n, of in ESTIMATES.items()}
+    assert result.estimates == {
+        n: estimate(*blurred, settings) for n, estimate in ESTIMATES.items()
+    }
     assert result.distances()["ks"] == ks_distances(*blurred).tolist()
     assert (result.table, result.direct, result.states) == (profile(table), profile(direct), 1500)
     angles = np.degrees(scattering_angles(table))
@@ -26,16 +28,16 @@ def test_a_comparison_holds_the_numbers_of_its_functions():
 
 
 def test_less_than_the_resolution_counts_as_nothing():
-    """Rounding dust, both of one sign and of two, looks like zero; ten resolutions do not."""
+    """Rounding errors of any sign count as zero; differences of ten resolutions do not."""
     direct = states(51, 20_000)
     direct[:, 0], direct[:, 1] = 6e-17, 1e-17 * np.sign(direct[:, 2])
     table = states(52, 20_000)
     table[:, :2] = 0.0
-    found = compare(table, direct, 90.0, 97.0).estimates
+    estimates = compare(table, direct, 90.0, 97.0).estimates
     # the first depends on the noise alone; the others fail for one seed in a thousand
-    assert max(found["ks"].by_variable[:2]) < 0.02
-    assert found["correlation_error"].value < 0.05
-    assert found["auc"].value < 0.53
+    assert max(estimates["ks"].by_variable[:2]) < 0.02
+    assert estimates["correlation_error"].value < 0.05
+    assert estimates["auc"].value < 0.53
     table[:, 0] = 10.0 * RESOLUTION
-    found = compare(table, direct, 90.0, 97.0).estimates
-    assert min(found["ks"].by_variable[0], found["auc"].value) > 0.99
+    estimates = compare(table, direct, 90.0, 97.0).estimates
+    assert min(estimates["ks"].by_variable[0], estimates["auc"].value) > 0.99

@@ -1,4 +1,4 @@
-"""Where accuracy is measured: evenly over angle and speed, never at a node."""
+"""Conditions of a measurement are spread evenly over angle and speed, and never at a node."""
 
 from types import SimpleNamespace
 
@@ -39,7 +39,7 @@ def test_conditions_lie_well_between_nodes(table, count):
 
 
 def test_conditions_spread_evenly_over_degrees_and_speeds(table):
-    """Not over the numbers of the nodes: two thirds of these cells lie below 30 degrees."""
+    """They are not spread evenly over cells, of which two thirds lie below 30 degrees."""
     alpha, speed = picked(table, 60, 2)
     # margins keep a condition in its cell; each end of a cell may cut one of 60 equal parts
     shares = np.histogram(alpha, table.alpha_nodes_deg)[0] / 60

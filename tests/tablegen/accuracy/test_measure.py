@@ -1,4 +1,4 @@
-"""How accuracy is measured: random numbers, numbers of states, and what a table stores."""
+"""Measuring the accuracy: random numbers, numbers of states, and datasets of a table."""
 
 import sys
 from itertools import product
@@ -41,7 +41,7 @@ pytestmark = pytest.mark.usefixtures("quick_classifier")
 
 @pytest.fixture
 def streams(monkeypatch):
-    """Module, seed, stream and spin of every simulation."""
+    """Record module, seed, stream and spin of every simulation."""
     seen = []
 
     def recording(module):
@@ -62,7 +62,7 @@ def test_nodes_and_measurements_never_see_the_same_particles(streams):
     # the seed of the nodes: only the streams differ
     seed = ROUGH.table.seed
     measure(table, ROUGH, PLACES, seed=seed, samples=200)
-    assert {found for _, found, _, _ in streams} == {seed}
+    assert {used for _, used, _, _ in streams} == {seed}
     of_nodes = {stream for module, _, stream, _ in streams if module == "node"}
     measured = [stream for module, _, stream, _ in streams if module == "measure"]
     assert of_nodes == {node_stream(a, v) for a in (35.0, 45.0) for v in (60.0, 300.0)}
@@ -75,12 +75,12 @@ def test_nodes_and_measurements_never_see_the_same_particles(streams):
 
 def test_compares_draws_with_simulation(tiny):
     table = tiny.generated.table
-    found = measure(table, TINY, PLACES, seed=9, samples=500)
+    comparisons = measure(table, TINY, PLACES, seed=9, samples=500)
     for k, (alpha_deg, speed, _) in enumerate(PLACES):
         alpha1 = np.radians(alpha_deg)
         direct = simulate(TINY, alpha1, speed, 500, seed=9, stream=FIRST_STREAM + k)
         drawn = table.sample(alpha1, speed, seed=9, hit=k, index=range(500))
-        assert found[k] == compare(drawn, direct.state, alpha_deg, speed, seed=9)
+        assert comparisons[k] == compare(drawn, direct.state, alpha_deg, speed, seed=9)
 
 
 def test_sample_size_grows_with_the_accuracy():
@@ -95,13 +95,13 @@ OWN = (Place(40.0, 100.0, own=True), Place(86.0, 250.0, own=True))
 
 
 def test_conditions_with_own_grain_have_streams_of_their_own(streams):
-    (found, _) = measure(RIGHT, CONFIG, OWN, seed=5, samples=200)
+    (comparison, _) = measure(RIGHT, CONFIG, OWN, seed=5, samples=200)
     assert {stream for _, _, stream, _ in streams} == {
         FIRST_STREAM + FIRST_OWN + k for k in range(2)
     }
-    how = {"seed": 5, "index": range(200), "hit": FIRST_OWN}
-    expected = RIGHT.sample(np.radians(40.0), 100.0, spin=np.zeros(3), **how)
-    assert found.table == profile(expected)
+    keys = {"seed": 5, "index": range(200), "hit": FIRST_OWN}
+    expected = RIGHT.sample(np.radians(40.0), 100.0, spin=np.zeros(3), **keys)
+    assert comparison.table == profile(expected)
 
 
 def test_is_stored_as_the_layout_says():

@@ -1,4 +1,4 @@
-"""Metrics against closed forms and by repetition: right samples hold, wrong ones do not.
+"""Metrics agree with closed forms; in repetitions, samples of one law hold and others do not.
 
 Seeds are fixed. Where a bound is statistical, its false-alarm rate for a random seed is stated.
 """
@@ -38,7 +38,7 @@ TRUTH = {
 
 
 def normal(seed, count, shift=0.0, correlation=0.3):
-    """Standard normal 6-vectors with one correlated pair, the first variable shifted."""
+    """Draw normal vectors of six variables: two are correlated, and the first is shifted."""
     states = np.random.default_rng(seed).standard_normal((count, 6))
     states[:, 1] = correlation * states[:, 0] + np.sqrt(1.0 - correlation**2) * states[:, 1]
     states[:, 0] += shift
@@ -47,7 +47,7 @@ def normal(seed, count, shift=0.0, correlation=0.3):
 
 @pytest.mark.parametrize("name", CHEAP)
 class TestRepeated:
-    """Thirty pairs of samples; a number within its limit misses once in 700, at most."""
+    """Thirty pairs of samples. A number within its limit misses it at most once in 700."""
 
     COUNT, PAIRS = 10_000, 30
 
@@ -62,24 +62,24 @@ class TestRepeated:
         assert (self.certain(name) <= 0.0).sum() >= self.PAIRS - 1
 
     def test_a_wrong_law_holds_at_its_distance_and_not_at_a_fifth(self, name):
-        """At the distance, noise takes the number above its limit in one of 700 samples."""
+        """If the limit is the true distance, one sample in 700 misses it."""
         wrong = {"correlation": 0.3 + EXTRA} if name == "correlation_error" else {"shift": SHIFT}
-        found, truth = self.certain(name, **wrong), TRUTH[name]
-        assert (found <= truth).sum() >= self.PAIRS - 1
-        assert (found > 0.2 * truth).all()
+        certain, truth = self.certain(name, **wrong), TRUTH[name]
+        assert (certain <= truth).sum() >= self.PAIRS - 1
+        assert (certain > 0.2 * truth).all()
 
 
 @pytest.mark.study  # a minute
 @pytest.mark.parametrize("preset", PRESETS)
 def test_one_law_holds_at_every_preset(preset):
-    """Samples as large as a validation's: never missed; the noise is at most a third of a limit."""
+    """With samples of the usual size no limit is missed, and noise is below a third of it."""
     count = max(100_000, int(40.0 / PRESETS[preset]["ks"] ** 2))
     for seed in range(5):
         pair = normal(2 * seed, count), normal(2 * seed + 1, count)
         for name, limit in PRESETS[preset].items():
-            least, found = METRICS[name].least, ESTIMATES[name](*pair, Settings(seed))
-            assert found.value - least < (limit - least) / 3.0
-            assert found.certain <= least
+            least, estimate = METRICS[name].least, ESTIMATES[name](*pair, Settings(seed))
+            assert estimate.value - least < (limit - least) / 3.0
+            assert estimate.certain <= least
 
 
 @pytest.mark.parametrize(
@@ -101,17 +101,17 @@ def test_constant_variables_do_no_harm():
     pair = normal(1, 3000, shift=0.02), normal(2, 2500)
     for name in CHEAP:
         widened = (np.column_stack((x, np.ones(len(x)))) for x in pair)
-        found, plain = (ESTIMATES[name](*x, Settings()) for x in (tuple(widened), pair))
-        assert np.isfinite([found.value, found.error]).all()
-        assert found.value == pytest.approx(plain.value, abs=0.01)
+        with_constants, plain = (ESTIMATES[name](*x, Settings()) for x in (tuple(widened), pair))
+        assert np.isfinite([with_constants.value, with_constants.error]).all()
+        assert with_constants.value == pytest.approx(plain.value, abs=0.01)
 
 
 def test_ratio_of_means():
     rng = np.random.default_rng(1)
-    found = [
+    estimates = [
         ratio(1.1 * rng.exponential(size=4000), rng.exponential(size=4000)) for _ in range(200)
     ]
-    values, errors = np.array([(one.value, one.error) for one in found]).T
+    values, errors = np.array([(one.value, one.error) for one in estimates]).T
     # standard errors: 0.0017 of the mean, 5 % of the deviation
     assert values.mean() == pytest.approx(0.1, abs=0.006)
     assert errors.mean() == pytest.approx(np.sqrt(2.0 / 4000), rel=0.05)
@@ -119,7 +119,7 @@ def test_ratio_of_means():
 
 
 def test_correlation_variance_of_a_pair_that_is_not_normal():
-    """Against repetition: 400 samples give the variance within 20 % (2.8 standard errors)."""
+    """The variance agrees with that of 400 repetitions within 20 % (2.8 standard errors)."""
     rng = np.random.default_rng(6)
 
     def heavy(count):
@@ -127,21 +127,21 @@ def test_correlation_variance_of_a_pair_that_is_not_normal():
         return np.column_stack((x[:, 0], x[:, 0] + x[:, 1]))
 
     repeated = np.var([np.corrcoef(heavy(2000).T)[0, 1] for _ in range(400)]) * 2000
-    found = correlation_variances(heavy(200_000))[0, 1]
-    assert found == pytest.approx(repeated, rel=0.2)
-    assert found != pytest.approx((1.0 - 0.5) ** 2, rel=0.2)  # as normality would give
+    variance = correlation_variances(heavy(200_000))[0, 1]
+    assert variance == pytest.approx(repeated, rel=0.2)
+    assert variance != pytest.approx((1.0 - 0.5) ** 2, rel=0.2)  # as normality would give
 
 
 def test_auc_and_its_error_are_those_of_the_pairs():
-    """DeLong's variance by its definition, over all pairs of states, where the laws differ."""
+    """The error agrees with DeLong's definition, by all pairs of states of two different laws."""
     a, b = normal(8, 400, shift=0.8), normal(9, 400)
     x, y = classifier_scores(a, b, 1)
     won = (x[:, None] > y[None, :]) + 0.5 * (x[:, None] == y[None, :])
     variance = won.mean(axis=1).var() / 200 + won.mean(axis=0).var() / 200
-    found = auc(a, b, Settings(1))
-    assert found.value == pytest.approx(won.mean())
-    assert found.value > 0.6
-    assert found.error == pytest.approx(np.sqrt(variance))
+    estimate = auc(a, b, Settings(1))
+    assert estimate.value == pytest.approx(won.mean())
+    assert estimate.value > 0.6
+    assert estimate.error == pytest.approx(np.sqrt(variance))
 
 
 def test_kolmogorov_smirnov_of_shifted_uniforms():

@@ -1,4 +1,4 @@
-"""Validation passes a good table, refuses wrong ones, and says so in numbers.
+"""`validate`: good tables hold, wrong tables miss, and the result has all numbers.
 
 The spin law of the spinning table is direct simulation itself, right or wrong.
 """
@@ -45,7 +45,7 @@ QUICK = {"conditions": 1, "samples": 1000, "seed": 1}
 
 @pytest.fixture
 def validated(tiny, tmp_path):
-    """Validate the tiny table, tampered with by a function, at the tight declared accuracy."""
+    """Change the tiny table by a function, declare a tight accuracy, and validate it."""
 
     def run(tamper=lambda contents: contents):
         path = tmp_path / "tight.h5"
@@ -57,9 +57,9 @@ def validated(tiny, tmp_path):
 
 class TestVerdict:
     def test_right_table_holds(self, tiny, validated):
-        found = validate(tiny.path, conditions=2, samples=4000, seed=1)
-        assert found.holds
-        assert found.asked == TINY.accuracy
+        result = validate(tiny.path, conditions=2, samples=4000, seed=1)
+        assert result.holds
+        assert result.asked == TINY.accuracy
         assert validated().missed == []
 
     @pytest.mark.parametrize(
@@ -71,32 +71,32 @@ class TestVerdict:
         ],
     )
     def test_wrong_tables_are_refused(self, validated, tamper, metrics):
-        found = validated(tamper)
-        assert not found.holds
-        assert {number.name for number in found.missed} >= metrics
+        result = validated(tamper)
+        assert not result.holds
+        assert {number.name for number in result.missed} >= metrics
 
     def test_a_forged_accuracy_stands_beside_the_measured_one(self, tiny, tmp_path):
-        """Garbage at all nodes, a lenient declaration and a stored accuracy of 0."""
+        """The table is garbage, declares little accuracy, and stores distances of 0."""
         path = tmp_path / "forged.h5"
         contents = tiny.generated.table.contents
         write_table(path, forged(garbage(contents, np.ones((2, 2), dtype=bool))))
-        found = validate(path, **QUICK)
-        assert found.holds
-        assert found.stored["ks"] == 0.0
-        assert found.numbers[0].estimate.value > 0.3
-        notes = "\n".join(validation_notes(found))
+        result = validate(path, **QUICK)
+        assert result.holds
+        assert result.stored["ks"] == 0.0
+        assert result.numbers[0].estimate.value > 0.3
+        notes = "\n".join(validation_notes(result))
         assert "Note: the table declares little accuracy: ks 1," in notes
 
 
 class TestResult:
     def test_as_json(self, tiny):
-        found = validate(tiny.path, **QUICK)
-        record = json.loads(json.dumps(found.to_dict(), allow_nan=False))
-        assert (record["holds"], record["seed"]) == (found.holds, 1)
-        for number, judged in zip(record["numbers"], found.numbers, strict=True):
+        result = validate(tiny.path, **QUICK)
+        record = json.loads(json.dumps(result.to_dict(), allow_nan=False))
+        assert (record["holds"], record["seed"]) == (result.holds, 1)
+        for number, judged in zip(record["numbers"], result.numbers, strict=True):
             assert (number["value"], number["holds"]) == (judged.estimate.value, judged.holds)
-            assert number["stored"] == found.stored[judged.name]
-        (condition,), (comparison,) = record["conditions"], found.comparisons
+            assert number["stored"] == result.stored[judged.name]
+        (condition,), (comparison,) = record["conditions"], result.comparisons
         assert condition["states"] == comparison.states == 1000
         assert {name: condition[name] for name in METRICS} == comparison.distances()
 
@@ -133,7 +133,7 @@ SPINNING = TINY.with_changes({"spin": True})
 
 @pytest.fixture
 def spinning(tiny, tmp_path, monkeypatch):
-    """Give the tiny table the spin law of a configuration; its path."""
+    """Give the tiny table the spin law of a configuration, and return its path."""
 
     def give(config=SPINNING):
         law = DirectTable(config)
@@ -159,21 +159,21 @@ def spinning(tiny, tmp_path, monkeypatch):
 class TestSpinLaw:
     def test_right_law_holds_and_the_first_impact_law_is_measured_as_without(self, spinning, tiny):
         path, plain = spinning(), validate(tiny.path, **QUICK)
-        found = validate(path, **QUICK)
-        assert found.missed == []
-        assert [place.own for place in found.own] == [True]
+        result = validate(path, **QUICK)
+        assert result.missed == []
+        assert [place.own for place in result.own] == [True]
         # later hits need any angle, so the law is followed through chains whatever its nodes are
         assert (plain.own, plain.hits) == ([], [])
-        assert found.hits
-        assert found.comparisons == plain.comparisons
+        assert result.hits
+        assert result.comparisons == plain.comparisons
         # stored beside the other accuracy, and kept where nothing of it is measured again
-        store_accuracy(path, found)
+        store_accuracy(path, result)
         after = read_table(path)
         assert after["spin_accuracy/spin"].tolist() == [[0.0, 0.0, 0.0]]
-        assert after["spin_accuracy/auc"].tolist() == [found.own[0].estimates["auc"].value]
+        assert after["spin_accuracy/auc"].tolist() == [result.own[0].estimates["auc"].value]
 
     def test_command(self, run, spinning, tmp_path):
-        """Along chains, laws are refused in `test_chains`."""
+        """`test_chains` has the wrong laws that chains must notice."""
         words = ("--conditions", 1, "--samples", 20_000, "--seed", 1, "--quiet")
         ended = run("validate", spinning(), *words, "--html", tmp_path / "v.html")
         assert (ended.status, ended.err) == (DONE, "")

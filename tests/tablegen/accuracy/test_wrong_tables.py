@@ -1,4 +1,4 @@
-"""The shipped table made wrong in nine ways, each with a right checksum: validation finds all.
+"""The shipped table, made wrong in nine ways with a right checksum: validation notices each.
 
 The wrong tables have wrong angles, exchanged variables, or classes of rebounds off by three per
 cent; the seed is random. A single wrong node is found where a condition lies beside it only. Forged
@@ -19,7 +19,7 @@ CONFIG = load_config("corundum-steel")
 
 
 def moved_angles(contents, shift, above=0.0):
-    """The inner nodes above an angle are said to lie elsewhere."""
+    """Move the angles of the inner nodes above an angle."""
     alpha = contents["axes/alpha_deg"].copy()
     inner = np.arange(len(alpha))[1:-1]
     alpha[inner[alpha[1:-1] > above]] += shift
@@ -29,7 +29,7 @@ def moved_angles(contents, shift, above=0.0):
 
 
 def exchanged(contents, one, other):
-    """Quantiles of two channels changed places."""
+    """Exchange the quantiles of two channels."""
     quantiles = contents["marginals/quantiles"].copy()
     i, j = (contents.channels.index(name) for name in (one, other))
     quantiles[..., [i, j], :] = quantiles[..., [j, i], :]
@@ -37,14 +37,14 @@ def exchanged(contents, one, other):
 
 
 def scaled(contents, channel, of_class, factor):
-    """Quantiles of one channel of one class of rebounds are off by a factor."""
+    """Multiply the quantiles of one channel, for one class of rebounds."""
     quantiles = contents["marginals/quantiles"].copy()
     quantiles[:, :, of_class, contents.channels.index(channel)] *= np.float32(factor)
     return with_datasets(contents, {"marginals/quantiles": quantiles})
 
 
 def copied_speed(contents, source, target):
-    """All nodes of one speed hold the laws of another."""
+    """Copy the laws of all nodes of one speed to another speed."""
     arrays = {name: contents[name].copy() for name in NODE_DATASETS}
     for values in arrays.values():
         values[:, target] = values[:, source]
@@ -52,7 +52,7 @@ def copied_speed(contents, source, target):
 
 
 def mostly_garbage(contents):
-    """Of five nodes, four are garbage, anywhere."""
+    """Replace four of five nodes by garbage."""
     nodes = np.random.default_rng(7).random(contents["marginals/quantiles"].shape[:2]) < 0.8
     return garbage(contents, nodes)
 
@@ -71,9 +71,9 @@ WRONG = {
 
 
 @pytest.mark.study
-@pytest.mark.parametrize("how", WRONG)
-def test_is_found_by_the_default_validation(tmp_path, how):
+@pytest.mark.parametrize("change", WRONG)
+def test_is_found_by_the_default_validation(tmp_path, change):
     path = tmp_path / "wrong.h5"
-    write_table(path, WRONG[how](sampler.load("corundum-steel").contents))
-    found = validate(path)
-    assert found.missed, f"seed {found.seed}"
+    write_table(path, WRONG[change](sampler.load("corundum-steel").contents))
+    result = validate(path)
+    assert result.missed, f"seed {result.seed}"

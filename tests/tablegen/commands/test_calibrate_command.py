@@ -1,4 +1,4 @@
-"""Command ``tablegen calibrate``: files, verdicts, several names of a flag, refusals."""
+"""``tablegen calibrate``: files, verdicts, an option with several names, refusals."""
 
 import json
 
@@ -33,9 +33,9 @@ def test_means_that_are_held(folder, run):
     ended = run(*WORDS, "--grains", "rounded", "--json", "fit.json", "--picture", "fit.svg")
     assert (ended.status, ended.err) == (DONE, "")
     assert ended.out.endswith("next: tablegen generate fitted.toml --output fitted.h5\n")
-    found = json.loads((folder / "fit.json").read_text())
-    assert [fit["grains"] for fit in found["fits"]] == ["rounded"]
-    assert len(found["fits"][0]["parameters"]) == 14
+    record = json.loads((folder / "fit.json").read_text())
+    assert [fit["grains"] for fit in record["fits"]] == ["rounded"]
+    assert len(record["fits"][0]["parameters"]) == 14
     assert (folder / "fit.svg").read_text().startswith("<?xml")
     assert "made up" in (folder / "fitted.toml").read_text()
 
@@ -50,14 +50,14 @@ def test_means_that_a_form_misses(run):
 
 def test_a_flag_takes_several_names(folder):
     words = ["--free", "pair.a", "+pair.b", "--free", "any", "--grains", "rounded"]
-    found = command.make_context("calibrate", [*WORDS[1:], *words]).params
-    assert found["free"] == ("pair.a", "+pair.b", "any")
-    assert found["grains"] == "rounded"
+    values = command.make_context("calibrate", [*WORDS[1:], *words]).params
+    assert values["free"] == ("pair.a", "+pair.b", "any")
+    assert values["grains"] == "rounded"
 
 
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize(
-    ("flags", "said"),
+    ("flags", "message"),
     [
         (["--pair", "start.toml", "--free", "pair.x"], "free: got 'pair.x'"),
         (["--picture", "fit.txt"], "--picture: got fit.txt"),
@@ -65,5 +65,5 @@ def test_a_flag_takes_several_names(folder):
         (["--grains", "round"], "grains: got 'round'"),
     ],
 )
-def test_refusals(refused, flags, said):
-    assert said in refused(*WORDS, *flags)
+def test_refusals(refused, flags, message):
+    assert message in refused(*WORDS, *flags)

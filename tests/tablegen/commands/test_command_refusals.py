@@ -1,4 +1,4 @@
-"""Bad input on the command line: one line, status 2, and nothing left behind."""
+"""A mistake on the command line gives one line, status 2, and no file."""
 
 import pytest
 from command_line import SIMULATE, flags
@@ -54,12 +54,12 @@ def test_outputs_are_checked_before_any_work(refused, tmp_path, monkeypatch, wor
     kept = tmp_path / name
     kept.write_text("mine")
     folder = tmp_path / "none"
-    for path, said in (
+    for path, message in (
         (folder / name, f"cannot write {folder / name}: there is no folder {folder}"),
         (tmp_path, f"{tmp_path} is a folder; give a file name"),
         (kept, f"{kept} exists; give a new name, or --overwrite"),
     ):
-        assert refused(*words, flag, path) == f"{flag}: {said}"
+        assert refused(*words, flag, path) == f"{flag}: {message}"
     line = refused(*words, flag, tmp_path / f"{'x' * 300}{kept.suffix}")
     assert line.endswith("File name too long")
 

@@ -20,9 +20,9 @@ def test_prints_and_writes_the_result_of_the_function(run, tmp_path):
     assert ended.status == DONE
     config = load_config("grant-tabakoff-1975")
     settings = {"count": 100, "seed": 4, "wall_tilt_deg": 3.0, "shape": "prism"}
-    found = compare(config, "grant-tabakoff-1975", **settings)
-    assert ended.out == comparison_text(found) + "\n"
-    assert json.loads(written.read_text()) == json.loads(json_text(comparison_tree(found)))
+    result = compare(config, "grant-tabakoff-1975", **settings)
+    assert ended.out == comparison_text(result) + "\n"
+    assert json.loads(written.read_text()) == json.loads(json_text(comparison_tree(result)))
     assert picture.read_bytes().startswith(b"<?xml")
 
 

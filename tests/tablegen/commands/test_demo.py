@@ -1,4 +1,4 @@
-"""The demonstration, with a small scene."""
+"""``tablegen demo``, with a small scene and a short validation."""
 
 import sys
 from functools import partial

@@ -1,4 +1,4 @@
-"""``tablegen inspect``: what a table is, for people and for programs."""
+"""``tablegen inspect``: the description of a table, for people and for programs."""
 
 import json
 import math
@@ -72,7 +72,7 @@ def test_declared_accuracy_of_a_preset_and_of_nonsense(tiny):
 
 
 def test_script(tiny, tmp_path):
-    """In a process of its own, away from the source tree."""
+    """The installed script runs in its own process, in a folder outside the source tree."""
     script = shutil.which("tablegen", path=str(Path(sys.executable).parent))
     assert script, "the package is not installed in this environment"
     words = [script, "inspect", str(tiny.path)]

@@ -1,4 +1,4 @@
-"""Ctrl-C in the middle of the kernels of a command: one line, status 130, and no file."""
+"""Ctrl-C during a long command gives one line, status 130, and no file."""
 
 import signal
 import subprocess

@@ -1,4 +1,4 @@
-"""``tablegen prune``: flags and scenes, also those of one pair for the table of another."""
+"""``tablegen prune``: options and scenes, also a scene of one pair for the table of another."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from sampler.formats.hdf5 import write_table
 
 @pytest.fixture
 def other(tiny, tmp_path):
-    """The tiny table, said to be of another pair."""
+    """The tiny table under the name of another pair."""
     path, config = tmp_path / "my-pair.h5", TINY.with_changes({"pair": {"name": "my-pair"}})
     contents = tiny.generated.table.contents
     write_table(path, replace(contents, pair="my-pair", config=config.text))

@@ -1,4 +1,4 @@
-"""``tablegen simulate``: its file, of shapes of a pair and of a mesh."""
+"""``tablegen simulate``: its output, for shapes of a pair and for a mesh."""
 
 from types import SimpleNamespace
 

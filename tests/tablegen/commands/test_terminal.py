@@ -1,4 +1,4 @@
-"""Completion of options and names at a terminal, and output without control codes."""
+"""The shell completes options and names, and output has no control codes."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from tablegen.commands.main import main
 
 @pytest.fixture
 def answered(monkeypatch, capsys):
-    """What the program prints for a shell, as its environment asks."""
+    """Return the completions that the program prints for a shell."""
 
     def run(line):
         monkeypatch.setenv("_TABLEGEN_COMPLETE", "bash_complete")

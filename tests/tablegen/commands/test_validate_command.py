@@ -1,4 +1,4 @@
-"""``tablegen validate``: its verdict, files and choices of conditions."""
+"""``tablegen validate``: its verdict, files and conditions."""
 
 import html
 import json
@@ -19,7 +19,7 @@ WORDS = ("--conditions", 1, "--samples", 4000, "--seed", 1, "--quiet")
 
 @pytest.fixture
 def wrong(tiny, tmp_path):
-    """Everything leans to one side: a Kolmogorov-Smirnov distance of 0.2."""
+    """A table whose w is moved to one side, with a Kolmogorov-Smirnov distance of 0.2."""
     path = tmp_path / "wrong.h5"
     contents = lopsided(tiny.generated.table.contents, 0.15)
     write_table(path, declaring(contents, ks=1.0, sliced_wasserstein=9.0, auc=1.0))

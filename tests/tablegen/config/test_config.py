@@ -1,4 +1,4 @@
-"""Pair files and scenes: what they mean, and one clear line for each that cannot be used."""
+"""Files of pairs and scenes: their meaning, and the error line of each that cannot be used."""
 
 import math
 import tomllib
@@ -26,7 +26,7 @@ def changed(changes):
 
 
 def line_about(text, directory=None):
-    """Refuse the text of a file; the line, after the name of the file."""
+    """Check that the text of a file is refused; return the line without the name of the file."""
     with pytest.raises(InputError) as caught:
         parse_config(text, "my.toml", directory)
     name, _, line = str(caught.value).partition(": ")

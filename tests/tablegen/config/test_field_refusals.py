@@ -1,4 +1,4 @@
-"""One clear line for every field that cannot be used: which, what was given, what is allowed."""
+"""Every field with a bad value gives one line with its name, the value and what is allowed."""
 
 import tomllib
 
@@ -68,7 +68,7 @@ def refused(changes):
 
 
 def check(line, beginning, *bound):
-    """A line without a bound is whole."""
+    """A bound is a part of the line; a line without a bound must be equal."""
     assert len(line) < 300
     assert line.startswith(beginning)
     assert bound[0] in line.partition("allowed")[2] if bound else line == beginning

@@ -28,7 +28,7 @@ def obj_text(scale):
 
 
 def written(folder, name, content):
-    """Path of a file with a content: text, bytes, or a mesh."""
+    """Write a text, bytes or a mesh to a file, and return its path."""
     path = folder / name
     if isinstance(content, trimesh.Trimesh):
         content.export(path)
@@ -46,10 +46,10 @@ class TestFiles:
         read = read_mesh(written(tmp_path, f"grain{suffix}", surface(points)))
         assert read.name == f"grain{suffix}"
         assert read.is_convex
-        made, expected = mesh_particle(read.vertices), mesh_particle(points)
-        assert len(made.vertices) == 60
-        np.testing.assert_allclose(made.moments, expected.moments, rtol=1e-6)
-        np.testing.assert_allclose(made.half_sizes, expected.half_sizes, rtol=1e-6)
+        particle, expected = mesh_particle(read.vertices), mesh_particle(points)
+        assert len(particle.vertices) == 60
+        np.testing.assert_allclose(particle.moments, expected.moments, rtol=1e-6)
+        np.testing.assert_allclose(particle.half_sizes, expected.half_sizes, rtol=1e-6)
 
     def test_suffix_in_capitals_ascii_and_materials(self, tmp_path):
         text = trimesh.exchange.stl.export_stl_ascii(surface(box(0.5, 0.25)))
@@ -63,8 +63,8 @@ class TestFiles:
         assert len(read.vertices) == 8
         assert not read.is_convex
         assert read.solidity == pytest.approx(2.0 / 3.0, rel=1e-6)
-        made = mesh_particle(read.vertices)
-        np.testing.assert_allclose(made.half_sizes, [1.0, 1.0 / 3.0, 1.0 / 3.0], rtol=1e-6)
+        particle = mesh_particle(read.vertices)
+        np.testing.assert_allclose(particle.half_sizes, [1.0, 1.0 / 3.0, 1.0 / 3.0], rtol=1e-6)
 
     def test_only_the_hull_counts(self, tmp_path):
         mesh = surface(box(0.8, 0.6))
@@ -90,10 +90,10 @@ def test_a_hull_of_many_corners_is_thinned_within_the_tolerance(tmp_path, squash
     reach = [(directions @ np.asarray(v).T).max(axis=1) for v in (sphere.vertices, read.vertices)]
     lost = (reach[0] - reach[1]).max()
     assert 1e-4 < lost < 1e-3
-    made = mesh_particle(sphere.vertices)
+    particle = mesh_particle(sphere.vertices)
     expected = np.sort((sum(np.square(squash)) - np.square(squash)) / 5.0)
     # the needle is 0.05 thick, of which 5e-4 on either side may be lost
-    np.testing.assert_allclose(made.moments, expected, rtol=0.02)
+    np.testing.assert_allclose(particle.moments, expected, rtol=0.02)
 
 
 FLAT = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -133,36 +133,36 @@ class TestFrame:
     @pytest.mark.parametrize(("b", "c"), [(0.8, 0.64), (1.0, 1.0), (1.0, 0.2)])
     @pytest.mark.parametrize("shape", KNOWN)
     def test_known_shapes(self, shape, b, c):
-        made = mesh_particle(posed(KNOWN[shape](b, c), scale=3e-5, shift=(1e-3, 0.0, 2e-4)))
+        particle = mesh_particle(posed(KNOWN[shape](b, c), scale=3e-5, shift=(1e-3, 0.0, 2e-4)))
         known = known_body(shape, b, c)
-        np.testing.assert_allclose(made.moments, known.moments, rtol=1e-10)
-        np.testing.assert_allclose(made.half_sizes, [1.0, b, c], rtol=1e-10)
-        assert made.bounding_radius == pytest.approx(known.bounding_radius, rel=1e-10)
-        assert len(made.vertices) == len(known.candidates)
-        corners = np.tile([1.0, b, c], (len(made.vertices), 1))
-        np.testing.assert_allclose(np.abs(made.vertices), corners, rtol=1e-10)
+        np.testing.assert_allclose(particle.moments, known.moments, rtol=1e-10)
+        np.testing.assert_allclose(particle.half_sizes, [1.0, b, c], rtol=1e-10)
+        assert particle.bounding_radius == pytest.approx(known.bounding_radius, rel=1e-10)
+        assert len(particle.vertices) == len(known.candidates)
+        corners = np.tile([1.0, b, c], (len(particle.vertices), 1))
+        np.testing.assert_allclose(np.abs(particle.vertices), corners, rtol=1e-10)
 
     def test_pose_and_units_do_not_matter_but_a_mirror_does(self):
         points = grain(200)
         plain = mesh_particle(points)
         moved = mesh_particle(posed(points, scale=2e-5, shift=(0.01, -0.02, 0.03)))
         mirrored = mesh_particle(points * [1.0, 1.0, -1.0])
-        for made, handedness in ((moved, 1.0), (mirrored, -1.0)):
-            np.testing.assert_allclose(made.moments, plain.moments, rtol=1e-9)
-            np.testing.assert_allclose(made.half_sizes, plain.half_sizes, rtol=1e-9)
-            assert np.linalg.det(made.axes) == pytest.approx(1.0, rel=1e-12)
+        for particle, handedness in ((moved, 1.0), (mirrored, -1.0)):
+            np.testing.assert_allclose(particle.moments, plain.moments, rtol=1e-9)
+            np.testing.assert_allclose(particle.half_sizes, plain.half_sizes, rtol=1e-9)
+            assert np.linalg.det(particle.axes) == pytest.approx(1.0, rel=1e-12)
             # the corners agree but for the directions of the axes
-            flips = np.sign((made.vertices * plain.vertices).sum(axis=0))
+            flips = np.sign((particle.vertices * plain.vertices).sum(axis=0))
             assert flips.prod() == handedness
-            np.testing.assert_allclose(made.vertices * flips, plain.vertices, atol=1e-9)
+            np.testing.assert_allclose(particle.vertices * flips, plain.vertices, atol=1e-9)
 
     def test_moments_decide_the_order_of_the_axes(self):
         # spikes make a body longest along an axis about which it has not the least moment
         spiked = np.concatenate([box(0.8, 0.78), [[0.0, 0.0, 1.1], [0.0, 0.0, -1.1]]])
-        made = mesh_particle(spiked)
-        assert made.moments[0] <= made.moments[1] <= made.moments[2]
-        assert made.half_sizes[0] == 1.0
-        assert made.half_sizes.max() == pytest.approx(1.1, rel=1e-12)
+        particle = mesh_particle(spiked)
+        assert particle.moments[0] <= particle.moments[1] <= particle.moments[2]
+        assert particle.half_sizes[0] == 1.0
+        assert particle.half_sizes.max() == pytest.approx(1.1, rel=1e-12)
 
 
 class TestConfig:
@@ -180,7 +180,7 @@ class TestConfig:
         np.testing.assert_array_equal(*states)
 
     def meshes_alone(self, **shapes):
-        """Configuration whose population has a mesh, and some shapes, but no law of ratios."""
+        """Return a configuration with a mesh, and some shapes, but no law of ratios."""
         tree = load_config("corundum-steel").model_dump(mode="json", exclude_none=True)
         tree["population"] = {"meshes": [{"vertices": grain(60).tolist()}], "shapes": shapes}
         return parse_config(tomli_w.dumps(tree), "my.toml")
@@ -196,7 +196,7 @@ class TestConfig:
 
 
 def test_an_stl_far_from_the_origin_has_lost_its_form(tmp_path):
-    """A block at survey coordinates: single precision rounds its corners to half a metre."""
+    """Far from the origin, single precision rounds the corners of a block to half a metre."""
     near, far = surface(box(0.8, 0.6)), surface(box(0.8, 0.6))
     near.apply_translation([50.0, 45.0, 0.0])
     far.apply_translation([5e5, 4.5e6, 0.0])

@@ -28,7 +28,7 @@ FITTED = {"forder-1998": 8, "grant-tabakoff-1975": 8, "wakeman-tabakoff-1981": 5
 
 
 def with_laws(restitution=None, resistance=None, **changes):
-    """The shipped pair with other laws, valid where it is."""
+    """Return the shipped pair with other laws in the same range of speeds."""
     pair = {}
     if restitution is not None:
         pair["restitution"] = {"valid_speed": [50.0, 300.0]} | SOURCE | restitution
@@ -154,10 +154,10 @@ class TestShippedPairs:
 
     @pytest.mark.parametrize("name", FITTED)
     def test_fitted_pairs_follow_their_measurements(self, name):
-        """Means were off by 0.023 at most (calibration); here chance adds up to 0.010."""
-        found = compare(load_config(name), name, count=2000, seed=3)
+        """Calibration left errors of at most 0.023; chance adds up to 0.010 here."""
+        comparison = compare(load_config(name), name, count=2000, seed=3)
         for quantity in ("e_n", "e_t"):
-            mean = found.means[quantity]
+            mean = comparison.means[quantity]
             known = np.isfinite(mean.measured)
             assert known.sum() >= (8 if quantity == "e_n" else FITTED[name])
             assert np.abs(mean.deviation[known]).max() < 0.05

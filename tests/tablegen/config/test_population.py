@@ -1,4 +1,4 @@
-"""Populations: shapes, meshes, weights and aspect ratios as kernels get them."""
+"""Populations: shapes, meshes, weights and aspect ratios as arguments of the kernels."""
 
 import math
 
@@ -98,11 +98,11 @@ class TestMeshes:
         codes = [SHAPE_CODES["prism"], FIRST_MESH, FIRST_MESH + 1]
         assert arguments.shape_codes.tolist() == codes
         assert arguments.cumulative_weights.tolist() == [0.25, 0.75, 1.0]
-        made = rebounds(population, 20_000, seed=75)
-        assert set(made.shape) == {SHAPE_CODES["prism"], SHAPE_CODES["mesh"]}
-        boxes = np.isclose(made.aspect, 0.5, rtol=1e-12).all(axis=1)
+        simulation = rebounds(population, 20_000, seed=75)
+        assert set(simulation.shape) == {SHAPE_CODES["prism"], SHAPE_CODES["mesh"]}
+        boxes = np.isclose(simulation.aspect, 0.5, rtol=1e-12).all(axis=1)
         # 20,000 particles: five standard deviations of a share are 0.017 (false alarm 6e-7)
-        assert np.mean(made.shape == SHAPE_CODES["mesh"]) == pytest.approx(0.75, abs=0.017)
+        assert np.mean(simulation.shape == SHAPE_CODES["mesh"]) == pytest.approx(0.75, abs=0.017)
         assert np.mean(boxes) == pytest.approx(0.25, abs=0.017)
 
     def test_meshes_do_not_disturb_each_other(self):

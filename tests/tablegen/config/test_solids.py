@@ -9,7 +9,7 @@ from tablegen.config.solids import FlatError, mass_of, principal_axes, true_vert
 
 
 def subdivided(points):
-    """Corners with the middles of all pairs: edge and face centres, diagonals inside."""
+    """Return the corners and the middles of all pairs of them, most of which are no corners."""
     first, second = np.triu_indices(len(points), 1)
     return np.concatenate([points, 0.5 * (points[first] + points[second])])
 
@@ -21,10 +21,10 @@ def test_points_on_edges_and_faces_are_left_out(corners, single):
     if single:
         # single precision puts a few of them a hair outside
         points = points.astype(np.float32).astype(np.float64)
-    found = true_vertices(points)
-    assert set(range(len(corners))) <= set(found)
+    vertices = true_vertices(points)
+    assert set(range(len(corners))) <= set(vertices)
     # a point that rounding lifts off an edge by 6e-8 may stay; it changes nothing visible
-    assert len(found) <= len(corners) + (2 if single else 0)
+    assert len(vertices) <= len(corners) + (2 if single else 0)
 
 
 def test_twins_and_inner_points_are_left_out():
@@ -53,13 +53,13 @@ def test_flat_points(points):
 
 @pytest.mark.parametrize("shift", [0.0, 300.0])
 def test_integrals_of_a_box_and_a_tetrahedron(shift):
-    made = mass_of(ConvexHull(box(0.8, 0.6) + shift))
-    assert made.volume == pytest.approx(8.0 * 0.48, rel=1e-12)
-    np.testing.assert_allclose(made.centre, shift, atol=1e-12)
-    np.testing.assert_allclose(made.second, np.diag([1.0, 0.64, 0.36]) / 3.0, atol=1e-9)
-    made = mass_of(ConvexHull(tetrahedron(0.8, 0.6) + shift))
-    assert made.volume == pytest.approx(8.0 * 0.48 / 3.0, rel=1e-12)
-    np.testing.assert_allclose(made.second, np.diag([1.0, 0.64, 0.36]) / 5.0, atol=1e-9)
+    mass = mass_of(ConvexHull(box(0.8, 0.6) + shift))
+    assert mass.volume == pytest.approx(8.0 * 0.48, rel=1e-12)
+    np.testing.assert_allclose(mass.centre, shift, atol=1e-12)
+    np.testing.assert_allclose(mass.second, np.diag([1.0, 0.64, 0.36]) / 3.0, atol=1e-9)
+    mass = mass_of(ConvexHull(tetrahedron(0.8, 0.6) + shift))
+    assert mass.volume == pytest.approx(8.0 * 0.48 / 3.0, rel=1e-12)
+    np.testing.assert_allclose(mass.second, np.diag([1.0, 0.64, 0.36]) / 5.0, atol=1e-9)
 
 
 def axes_of(points):
@@ -85,10 +85,10 @@ def test_axes_of_symmetric_solids_are_those_of_their_box(points, extents, single
     turned = posed(points, seed)
     if single:
         turned = turned.astype(np.float32).astype(np.float64)
-    axes, found = axes_of(turned)
+    axes, box_axes = axes_of(turned)
     np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-13)
     assert np.linalg.det(axes) == pytest.approx(1.0, abs=1e-13)
-    np.testing.assert_allclose(found, extents, atol=2e-6 if single else 1e-12)
+    np.testing.assert_allclose(box_axes, extents, atol=2e-6 if single else 1e-12)
 
 
 def test_axes_diagonalise_the_second_moments():

@@ -1,4 +1,4 @@
-"""Declared accuracy: presets, and what a user asks for."""
+"""Accuracy that a table declares by presets, and that a user asks for."""
 
 from itertools import pairwise
 
@@ -47,7 +47,7 @@ def test_limits_of_the_spin_law_change_the_preset_of_the_table():
     ],
 )
 def test_a_text_changes_the_declared_limits(text, expected, spin):
-    """A preset counts for both laws; limits with spin_ hold for the spin law alone."""
+    """A preset sets the limits of both laws; limits with spin_ are those of the spin law."""
     kept = {"exclude": {"preset"}}
     asked, asked_spin = asked_accuracy(TARGETS, text), asked_accuracy(SPIN, text)
     assert asked.model_dump(**kept) == TARGETS.model_dump(**kept) | expected

@@ -1,4 +1,4 @@
-"""One collision: its velocity change against the readable reference."""
+"""One collision: its change of velocity agrees with the readable reference."""
 
 from dataclasses import dataclass
 
@@ -81,9 +81,9 @@ def random_impacts(rng, count):
     spin = rng.normal(size=(count, 3))
     spin /= np.linalg.norm(spin, axis=1, keepdims=True)
     spin *= np.maximum(rng.uniform(-2.5, 5.0, (count, 1)), 0.0)
-    made = Impacts(rotation, moments, point, velocity, spin)
-    approaching = made.contact_velocity[:, NORMAL] < -1e-6
-    return Impacts(*(rows[approaching] for rows in vars(made).values()))
+    impacts = Impacts(rotation, moments, point, velocity, spin)
+    approaching = impacts.contact_velocity[:, NORMAL] < -1e-6
+    return Impacts(*(rows[approaching] for rows in vars(impacts).values()))
 
 
 def mobility_tuple(matrix):
@@ -106,8 +106,10 @@ def collide_all(impacts, resolution):
 def collide_by_reference(impacts, law):
     """Velocity changes of the centre by the readable reference, which bisects."""
     setup = reference.Setup(0.0, SPEED, resolution=NO_FLOOR)
-    made = (reference.collide(law, setup, *impacts.of_reference(i)) for i in range(len(impacts)))
-    return np.array([velocity for velocity, _ in made]) - impacts.velocity
+    collisions = (
+        reference.collide(law, setup, *impacts.of_reference(i)) for i in range(len(impacts))
+    )
+    return np.array([velocity for velocity, _ in collisions]) - impacts.velocity
 
 
 def test_velocity_change_is_the_root_found_by_bisection():
@@ -135,5 +137,5 @@ def test_velocity_change_is_the_root_found_by_bisection():
 def test_positive_root_of_scripted_cubics(root, start_over_root, p, q):
     # (x - 1) (x^2 + p x + q) in x = s / root
     c0, c1, c2, c3 = np.array([-q, q - p, p - 1.0, 1.0]) / root ** np.arange(4.0)
-    found = positive_root(c0, c1, c2, c3, start_over_root * root)
-    assert found == pytest.approx(root, rel=1e-11)
+    computed = positive_root(c0, c1, c2, c3, start_over_root * root)
+    assert computed == pytest.approx(root, rel=1e-11)

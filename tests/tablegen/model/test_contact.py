@@ -1,4 +1,4 @@
-"""Contacts: none is jumped over, and the right point of the body touches."""
+"""Contacts: none is missed, and the right point of the body touches."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ def falling_flight(rng, name, rate):
 
 
 def launched_flight(rng, name, rate):
-    """Body that has just collided: it touches, and its contact point rises at 1e-3 to 1."""
+    """Make a body just after a collision; its contact point rises with a velocity of 1e-3 to 1."""
     body = body_of(name, *random_aspect(rng, 0.1))
     rotation, spin = random_rotations(rng, 1)[0], random_spin(rng, rate)
     motion, point = motion_of(rotation, spin, [0.3, -1e3, 0.0]), np.empty(3)
@@ -68,7 +68,7 @@ def launched_flight(rng, name, rate):
 
 
 def duration_of(body, motion):
-    """Time within which the body touches the wall or has left."""
+    """Return a time within which the body touches the wall or has left it."""
     v, y = motion[V], motion[HEIGHT]
     top = body.bounding_radius + CLEARANCE
     return (top - y) / v if v > 0.0 else (y + body.bounding_radius) / -v

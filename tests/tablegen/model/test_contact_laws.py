@@ -60,7 +60,7 @@ RESISTANCE = samples.RESISTANCE | {
 
 
 def entries(restitution_law=EXPONENTIAL, resistance_law=ORIENTATION, **given):
-    """Law arguments with some entries given and the others far from any law."""
+    """Return arguments of laws: some entries are given, the others are values of no law."""
     rest = {"coefficient": 77.0, "exponent": 77.0, "strength": 77.0, "factor": 77.0}
     rest |= {"numbers": np.full(3, 77.0), "resistances": np.full(3, 77.0)}
     return LawArguments(
@@ -116,8 +116,8 @@ class TestRestitution:
         points = np.column_stack(
             [rng.uniform(ANGLES[0], ANGLES[-1], 500), rng.uniform(50, 400, 500)]
         )
-        found = [tabulated_coefficient(numbers, angle, speed) for angle, speed in points]
-        np.testing.assert_allclose(found, truth(points), rtol=0.0, atol=1e-14)
+        values = [tabulated_coefficient(numbers, angle, speed) for angle, speed in points]
+        np.testing.assert_allclose(values, truth(points), rtol=0.0, atol=1e-14)
         # Refused: the table with its rows and columns confused.
         confused = pack_table(ANGLES, NODES, VALUES.reshape(4, 3).T.copy())
         wrong = [tabulated_coefficient(confused, angle, speed) for angle, speed in points]
@@ -144,8 +144,8 @@ class TestResistance:
         law = entries(strength=0.8, factor=factor)
         for product, length, speed in self.CONTACTS:
             expected = factor * math.exp(0.8 * product / (length * speed))
-            found = resistance(law, product, length, speed, 0.6)
-            assert found == pytest.approx(expected, rel=1e-15)
+            value = resistance(law, product, length, speed, 0.6)
+            assert value == pytest.approx(expected, rel=1e-15)
         assert resistance(law, 0.0, 0.3, 0.0, 0.6) == factor
 
     def test_table_is_linear_in_the_angle_of_the_contact(self):
@@ -170,16 +170,16 @@ def test_every_collision_obeys_its_law(name, shape):
         pair = pair_with(name, resistance_name)
         # the audit of Coulomb's law follows each collision in small steps: slow, and not exact
         coulomb = resistance_name == "coulomb"
-        made = run(pair, alpha_deg, count=10 if coulomb else 60, shape=shape, audited=True)
-        assert made.audit[[ENERGY, ANGULAR]].max() <= 1e-12
-        worst = made.audit[[NORMAL, TANGENTIAL]]
+        simulation = run(pair, alpha_deg, count=10 if coulomb else 60, shape=shape, audited=True)
+        assert simulation.audit[[ENERGY, ANGULAR]].max() <= 1e-12
+        worst = simulation.audit[[NORMAL, TANGENTIAL]]
         assert worst.max() <= (1e-9 if coulomb else 1e-12), (resistance_name, alpha_deg, worst)
-        assert made.audit.max() <= 1e-9
-        assert np.isfinite(made.state).all()
-        assert np.isfinite(made.energy).all()
-        assert made.state[:, 1].min() > 0.0
+        assert simulation.audit.max() <= 1e-9
+        assert np.isfinite(simulation.state).all()
+        assert np.isfinite(simulation.energy).all()
+        assert simulation.state[:, 1].min() > 0.0
         # sustained contact ends: the longest chains have some hundreds of bounces
-        assert made.collisions.max() < 5000
+        assert simulation.collisions.max() < 5000
 
 
 @pytest.mark.parametrize("shape", SHAPE_NAMES)
@@ -192,11 +192,11 @@ def test_works_are_not_negative_and_together_what_the_energy_lacks(name, shape):
         # the tolerance of the flights, in which energy is kept, adds to the difference
         condition = make_condition(np.radians(alpha_deg), 150.0, tolerance=1e-14)
         pair = pair_with(name, resistance_name)
-        made = simulate_condition(pair, population, condition, 2000, seed=33)
-        lost = 1.0 - made.energy.sum(axis=1)
-        np.testing.assert_allclose(made.work.sum(axis=1), lost, rtol=0.0, atol=1e-12)
-        assert made.work.min() >= -1e-15, resistance_name
+        simulation = simulate_condition(pair, population, condition, 2000, seed=33)
+        lost = 1.0 - simulation.energy.sum(axis=1)
+        np.testing.assert_allclose(simulation.work.sum(axis=1), lost, rtol=0.0, atol=1e-12)
+        assert simulation.work.min() >= -1e-15, resistance_name
         if resistance_name == "none":
-            assert made.work[:, 1].max() < 1e-6  # lifted bounces only
+            assert simulation.work[:, 1].max() < 1e-6  # lifted bounces only
         # Refused: works of other particles.
-        assert shape == "sphere" or np.abs(made.work[::-1].sum(axis=1) - lost).max() > 1e-6
+        assert shape == "sphere" or np.abs(simulation.work[::-1].sum(axis=1) - lost).max() > 1e-6

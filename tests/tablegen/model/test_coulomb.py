@@ -43,29 +43,29 @@ def matrix_of(entries):
 
 
 def collision(matrix, velocity, friction, e, resolution=NO_FLOOR, static=None):
-    """Impulse by the kernel, and the energy that its normal part takes."""
+    """Compute an impulse by the kernel, and the energy that its normal part takes."""
     pair = Friction(friction if static is None else static, friction)
     ending = Ending((1.0 - e) * (1.0 + e), resolution)
     entries, velocity = mobility_tuple(np.asarray(matrix)), tuple(map(float, velocity))
     series = np.full((9, ORDER + 1), np.nan)
-    made, taken = coulomb_impulse(pair, ending, entries, velocity, series, True)
-    return np.array(made), taken
+    impulse, taken = coulomb_impulse(pair, ending, entries, velocity, series, True)
+    return np.array(impulse), taken
 
 
-def energy_gained(matrix, velocity, made):
-    return made @ np.asarray(velocity) + 0.5 * made @ matrix @ made
+def energy_gained(matrix, velocity, impulse):
+    return impulse @ np.asarray(velocity) + 0.5 * impulse @ matrix @ impulse
 
 
 def miss_of_small_steps(matrix, velocity, static, friction, e, resolution):
-    """Largest miss of the kernel's outcome from small steps along the defining equations."""
-    made, taken = collision(matrix, velocity, friction, e, resolution, static)
-    assert energy_gained(matrix, velocity, made) <= 1e-13
-    given = mobility_tuple(matrix), tuple(map(float, velocity)), made[1]
+    """Return the largest difference between the kernel and small steps along the equations."""
+    impulse, taken = collision(matrix, velocity, friction, e, resolution, static)
+    assert energy_gained(matrix, velocity, impulse) <= 1e-13
+    given = mobility_tuple(matrix), tuple(map(float, velocity)), impulse[1]
     *after, work, least = state_after_impulse(static, friction, *given)
-    found = velocity + matrix @ made
+    end_velocity = velocity + matrix @ impulse
     # the collision ends with its share of the work, at the resolution, or elastically
-    end = min(abs(work - (1.0 - e * e) * least), abs(found[1] - resolution), abs(work))
-    return max(np.abs(found - after).max(), abs(work + taken), end)
+    end = min(abs(work - (1.0 - e * e) * least), abs(end_velocity[1] - resolution), abs(work))
+    return max(np.abs(end_velocity - after).max(), abs(work + taken), end)
 
 
 def test_impulses_are_those_of_small_steps():
@@ -117,8 +117,8 @@ def test_no_collision_ends_below_the_resolution_unless_it_is_elastic():
     # the velocity falls on the last piece before rest, far below the resolution; it ended there,
     # and the bounces of 2e-6 that followed were a hundred thousand
     matrix, velocity = matrix_of(FALLS_AT_LAST[0]), np.array(FALLS_AT_LAST[1])
-    made, taken = collision(matrix, velocity, 3.0, 0.0, 1e-3)
-    bounce = (velocity + matrix @ made)[1]
+    impulse, taken = collision(matrix, velocity, 3.0, 0.0, 1e-3)
+    bounce = (velocity + matrix @ impulse)[1]
     assert bounce == pytest.approx(1e-3, rel=1e-12) or abs(taken) < 1e-18
     assert bounce > 1e-4
     assert miss_of_small_steps(matrix, velocity, 3.0, 3.0, 0.0, 1e-3) <= 1e-9 * 2.4e-3
@@ -137,7 +137,7 @@ def pair_of(e, static, dynamic):
 @pytest.mark.parametrize("friction", [0.05, 0.2, 1.0])
 def test_spheres_follow_their_closed_form_with_any_spin(friction, spin):
     alpha = math.radians(40.0)
-    made = simulate_condition(
+    simulation = simulate_condition(
         pair_of(0.8, 2.0 * friction, friction),
         POPULATION.restricted_to("sphere"),
         make_condition(alpha, 100.0, spin),
@@ -156,7 +156,7 @@ def test_spheres_follow_their_closed_form_with_any_spin(friction, spin):
         spin[1],
         spin[2] + 2.5 * side[0],
     ]
-    np.testing.assert_allclose(made.state, np.tile(expected, (10, 1)), rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(simulation.state, np.tile(expected, (10, 1)), rtol=0.0, atol=1e-13)
 
 
 @pytest.mark.parametrize("alpha_deg", [2.0, 45.0, 90.0])
@@ -175,8 +175,8 @@ def test_rebounds_end_where_the_pull_of_the_wall_is_near_the_friction(alpha_deg,
     # of the second condition some 6 did not, and particle 11659 of the first
     config = CONFIG.with_changes({"pair": {"resistance": COULOMB_1}})
     keys = {"seed": 5, "index": np.arange(9700, 11700), "hit": 0, "threads": 1}
-    made = DirectModel(config).sample(math.radians(alpha_deg), 200.0, spin=spin, **keys)
-    assert (made[:, 1] > 0.0).all()
+    rebounds = DirectModel(config).sample(math.radians(alpha_deg), 200.0, spin=spin, **keys)
+    assert (rebounds[:, 1] > 0.0).all()
 
 
 def test_a_path_that_does_not_end_is_an_error_that_names_the_row(monkeypatch):

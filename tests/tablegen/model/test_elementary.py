@@ -1,4 +1,4 @@
-"""Elementary functions: against the library or exact values, and in lanes as in floats."""
+"""Elementary functions agree with the library or exact values, and are the same in lanes."""
 
 import math
 from decimal import Decimal, localcontext
@@ -103,8 +103,8 @@ def test_cosine_and_sine_are_rounded_correctly():
     tiny = [5e-324, 1e-300, 1e-20, 1e-9, 2.0**-27, 1e-4]
     angles = [*tiny, *np.radians([0.5, 20.0, 30.0, 45.0, 60.0, 90.0]), *random]
     for angle in map(float, angles):
-        for found, first in zip(cosine_and_sine(angle), (0, 1), strict=True):
+        for computed, first in zip(cosine_and_sine(angle), (0, 1), strict=True):
             true = exact(angle, first)
-            miss = abs(Decimal(found) - true)
-            for other in (math.nextafter(found, -2.0), math.nextafter(found, 2.0)):
+            miss = abs(Decimal(computed) - true)
+            for other in (math.nextafter(computed, -2.0), math.nextafter(computed, 2.0)):
                 assert miss <= abs(Decimal(other) - true), angle

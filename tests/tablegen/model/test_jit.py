@@ -1,4 +1,4 @@
-"""Machine code on disk: kept once, never that of other sources, and never a reason to fail."""
+"""Machine code on disk: it is stored once, never used for other sources, and never fails a run."""
 
 import re
 import subprocess
@@ -111,10 +111,10 @@ def test_an_edit_of_a_called_function_reaches_its_callers(tmp_path):
         ended = subprocess.run(
             command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True
         )
-        told = re.fullmatch(
+        match = re.fullmatch(
             r"compiling the .*\ncompiled proposed_score in \d+\.\d s\n", ended.stderr
         )
-        return ended.stdout, told is not None
+        return ended.stdout, match is not None
 
     before, compiled = run()
     assert compiled

@@ -1,4 +1,4 @@
-"""Many particles at a time: the bits of one at a time, whatever is in the other lanes."""
+"""Particles in lockstep have the same bits as one at a time, whatever is in the other lanes."""
 
 import numpy as np
 import pytest
@@ -29,8 +29,8 @@ def same(pair, population, condition, count, seed=5):
 @pytest.mark.parametrize("alpha_deg", [0.05, 0.5, 20.0, 90.0])
 def test_a_crowd_of_all_shapes_and_meshes(alpha_deg, spin, inertia):
     condition = make_condition(np.radians(alpha_deg), 200.0, spin, inertia=inertia)
-    made = same(PAIR, CROWD, condition, 2000)
-    assert len(np.unique(made.shape)) == 6
+    simulation = same(PAIR, CROWD, condition, 2000)
+    assert len(np.unique(simulation.shape)) == 6
 
 
 @pytest.mark.parametrize("count", [1, WIDTH - 1, WIDTH, WIDTH + 1, 5 * WIDTH + 3])

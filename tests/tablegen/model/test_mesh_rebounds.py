@@ -28,7 +28,7 @@ def body_of(points):
 
 
 def agree(first, second, alpha_deg, count=300):
-    """Whether rebounds agree one by one; rounding may show in few, the longest, chains.
+    """Return whether rebounds agree one by one, except for rounding in a few long chains.
 
     Both are given as (body, axes): the orientation is that of the common axes in which each
     body's own ones are given by rows.
@@ -64,8 +64,8 @@ def test_a_fine_mesh_approaches_the_ellipsoid():
     smooth = POPULATION.restricted_to("ellipsoid").with_aspect(0.8, 0.75)
     expected = rebounds(smooth, 2000, seed=72).state
     for sizes, is_same in (((1.0, 0.8, 0.6), True), ((1.0, 0.6, 0.4), False)):
-        made = rebounds(population_of(icosphere(4, sizes)), 2000, seed=72).state
-        assert (np.median(np.abs(made - expected)) < 0.03) == is_same
+        states = rebounds(population_of(icosphere(4, sizes)), 2000, seed=72).state
+        assert (np.median(np.abs(states - expected)) < 0.03) == is_same
         # five standard errors of independent samples: a false alarm in 10^6 even without pairing
         allowed = 5.0 * expected.std(axis=0) * math.sqrt(2.0 / 2000.0)
-        assert np.all(np.abs(made.mean(axis=0) - expected.mean(axis=0)) < allowed) == is_same
+        assert np.all(np.abs(states.mean(axis=0) - expected.mean(axis=0)) < allowed) == is_same

@@ -1,4 +1,4 @@
-"""Bounds of the direct model: one line beyond them, and rebounds that end within them."""
+"""Bounds of the direct model: one line beyond them; within them all rebounds end."""
 
 import math
 
@@ -33,10 +33,10 @@ def test_spin_is_bounded_by_the_turns_of_a_particle_before_it_meets_the_wall():
 def test_corners_of_the_bounds_give_finite_states(shape, aspect, alpha_deg, speed, spin):
     population = CONFIG.population.restricted_to(shape).with_aspect(*aspect)
     condition = make_condition(np.radians(alpha_deg), speed, spin)
-    made = simulate_condition(CONFIG.pair, population, condition, 8, seed=5, threads=1)
-    assert np.isfinite(made.state).all()
-    assert made.state[:, 1].min() > 0.0
-    assert made.energy.sum(axis=1).max() <= 1.0 + 1e-9
+    simulation = simulate_condition(CONFIG.pair, population, condition, 8, seed=5, threads=1)
+    assert np.isfinite(simulation.state).all()
+    assert simulation.state[:, 1].min() > 0.0
+    assert simulation.energy.sum(axis=1).max() <= 1.0 + 1e-9
 
 
 RESTITUTION = (
@@ -56,7 +56,7 @@ RESISTANCE = (
 
 
 def between(rng, low, high):
-    """An end of a range, or a number inside, even in its logarithm."""
+    """Draw an end of a range, or a number inside it with an evenly spread logarithm."""
     if rng.random() < 0.4:
         return float(rng.choice([low, high]))
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
@@ -92,5 +92,5 @@ def corner(rng):
 @pytest.mark.parametrize("seed", range(200))
 def test_random_corners_of_the_bounds_end_with_finite_states(seed):
     config, population, condition = corner(np.random.default_rng(seed))
-    made = simulate_condition(config.pair, population, condition, 2, seed=1, threads=1)
-    assert made.state[:, 1].min() > 0.0  # numbers that are not finite are an error
+    simulation = simulate_condition(config.pair, population, condition, 2, seed=1, threads=1)
+    assert simulation.state[:, 1].min() > 0.0  # numbers that are not finite are an error

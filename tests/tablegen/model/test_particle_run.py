@@ -1,4 +1,4 @@
-"""Many particles: the committed states to the last bit, and the errors of numerical parameters."""
+"""Many particles: states equal the stored ones bit by bit; errors of numerical parameters."""
 
 import sys
 from pathlib import Path
@@ -23,8 +23,8 @@ def words_of(line):
 def test_states_have_the_bits_of_the_file(name):
     known = (FOLDER / name).read_text(encoding="ascii").splitlines()
     assert len(known) == len(CONDITIONS) * COUNT
-    for found, expected in zip(lines(name), known, strict=True):
-        assert words_of(found) == words_of(expected)
+    for computed, expected in zip(lines(name), known, strict=True):
+        assert words_of(computed) == words_of(expected)
 
 
 def changes(shape, alpha_deg, **numerics):
@@ -43,7 +43,7 @@ def changes(shape, alpha_deg, **numerics):
     [("ellipsoid", 90.0), ("ellipsoid", 60.0), ("tetrahedron", 90.0), ("mixture", 45.0)],
 )
 def test_numerical_parameters_leave_little(shape, alpha_deg):
-    """Those of a finer resolution of contacts, and of finer flights; coarse ones are seen."""
+    """Finer contacts and flights change little; coarse ones change much."""
     change, _ = changes(shape, alpha_deg, resolution=1e-4)
     assert np.abs(change.mean(axis=0)).max() < 5e-5
     # only particles in sustained contact feel it, and those by some resolutions

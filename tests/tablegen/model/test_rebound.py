@@ -1,4 +1,4 @@
-"""Whole rebounds: laws on every collision and flight, audited violations, known answers."""
+"""Whole rebounds: laws of every collision and flight, audited violations, known answers."""
 
 import numpy as np
 import pytest
@@ -68,14 +68,14 @@ CONDITIONS = [
 def test_every_collision_and_flight_keeps_its_laws(name, alpha_deg, speed, spin):
     population = POPULATION.restricted_to(name)
     condition = make_condition(np.radians(alpha_deg), speed, spin)
-    made = simulate_condition(PAIR, population, condition, 20_000, seed=41, audited=True)
-    assert np.all(made.audit <= ALLOWED), made.audit
-    assert np.all(np.isfinite(made.state))
-    assert np.all(np.isfinite(made.energy))
-    assert made.state[:, 1].min() > 0.0
-    assert made.collisions.min() >= 1
-    assert made.energy.min() >= 0.0
-    assert made.energy.sum(axis=1).max() <= 1.0 + 1e-9
+    simulation = simulate_condition(PAIR, population, condition, 20_000, seed=41, audited=True)
+    assert np.all(simulation.audit <= ALLOWED), simulation.audit
+    assert np.all(np.isfinite(simulation.state))
+    assert np.all(np.isfinite(simulation.energy))
+    assert simulation.state[:, 1].min() > 0.0
+    assert simulation.collisions.min() >= 1
+    assert simulation.energy.min() >= 0.0
+    assert simulation.energy.sum(axis=1).max() <= 1.0 + 1e-9
 
 
 @pytest.fixture
@@ -162,9 +162,9 @@ def test_sphere_follows_its_closed_form(alpha_deg, speed):
     expected = [cos + side, a_nc * sin, 0.0, 0.0, 0.0, side / 0.4]
 
     population = POPULATION.restricted_to("sphere")
-    made = simulate_condition(PAIR, population, make_condition(alpha, speed), 20, seed=44)
-    np.testing.assert_array_equal(made.collisions, 1)
-    np.testing.assert_allclose(made.state, np.tile(expected, (20, 1)), rtol=0.0, atol=1e-13)
+    simulation = simulate_condition(PAIR, population, make_condition(alpha, speed), 20, seed=44)
+    np.testing.assert_array_equal(simulation.collisions, 1)
+    np.testing.assert_allclose(simulation.state, np.tile(expected, (20, 1)), rtol=0.0, atol=1e-13)
 
 
 @pytest.mark.parametrize("speed", [50.0, 300.0])
@@ -174,10 +174,10 @@ def test_flat_on_prism_leaves_straight_up(name, face, speed):
     # all corners of a face strike together: the contact is its centre, below the centre of mass
     axes = np.roll(np.eye(3), face, axis=1) * (-1.0 if face >= 3 else 1.0)
     rotation = axes * np.array([[np.linalg.det(axes)], [1.0], [1.0]])
-    made = run_rebound(make_condition(np.pi / 2, speed), body_of(name, 0.8, 0.6), rotation)
-    assert made.collisions == 1
+    rebound = run_rebound(make_condition(np.pi / 2, speed), body_of(name, 0.8, 0.6), rotation)
+    assert rebound.collisions == 1
     a_nc = np.exp(-0.1 * speed**0.61)
-    np.testing.assert_allclose(made.state, [0.0, a_nc, 0.0, 0.0, 0.0, 0.0], atol=1e-14)
+    np.testing.assert_allclose(rebound.state, [0.0, a_nc, 0.0, 0.0, 0.0, 0.0], atol=1e-14)
 
 
 def test_a_particle_without_spin_starts_at_its_contact_and_another_within_its_bounding_radius():

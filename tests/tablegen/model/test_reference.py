@@ -38,8 +38,8 @@ def collision_shares(collisions):
     return 100.0 * counts / len(collisions)
 
 
-def disagreements(made, point):
-    """What differs from a reference point by more than is allowed, one line each.
+def disagreements(simulation, point):
+    """Return a line for each number that differs from a reference point by more than is allowed.
 
     Angular velocities are means over the tumbling, or at departure where the point says so.
 
@@ -59,18 +59,21 @@ def disagreements(made, point):
     means = np.array([point["mean"][name] for name in COLUMNS])
     deviations = np.array([point["std"][name] for name in COLUMNS])
     error = np.hypot(
-        deviations / np.sqrt(point["count"]), made.state.std(axis=0) / np.sqrt(len(made.state))
+        deviations / np.sqrt(point["count"]),
+        simulation.state.std(axis=0) / np.sqrt(len(simulation.state)),
     )
-    miss = np.abs(made.state.mean(axis=0) - means) - (4.0 * error + 5e-4)
+    miss = np.abs(simulation.state.mean(axis=0) - means) - (4.0 * error + 5e-4)
     lines += [f"mean {name}: {x:.5f} over" for name, x in zip(COLUMNS, miss, strict=True) if x > 0]
-    kurtosis = np.mean(((made.state - made.state.mean(axis=0)) / made.state.std(axis=0)) ** 4, 0)
-    miss = np.abs(made.state.std(axis=0) - deviations) - 5e-4
+    kurtosis = np.mean(
+        ((simulation.state - simulation.state.mean(axis=0)) / simulation.state.std(axis=0)) ** 4, 0
+    )
+    miss = np.abs(simulation.state.std(axis=0) - deviations) - 5e-4
     miss -= 2.0 * error * np.sqrt(kurtosis - 1.0)
     lines += [f"std {name}: {x:.5f} over" for name, x in zip(COLUMNS, miss, strict=True) if x > 0]
     expected = np.array(list(point["collisions_percent"].values()))
-    miss = np.abs(collision_shares(made.collisions) - expected) - 0.5
+    miss = np.abs(collision_shares(simulation.collisions) - expected) - 0.5
     lines += [f"share {i + 1}: {x:.3f} over" for i, x in enumerate(miss) if x > 0]
-    miss = np.abs(np.corrcoef(made.state.T) - point["correlation"]) - 0.01
+    miss = np.abs(np.corrcoef(simulation.state.T) - point["correlation"]) - 0.01
     lines += [
         f"correlation {COLUMNS[i]}, {COLUMNS[j]}: {miss[i, j]:.4f} over"
         for i, j in zip(*np.triu_indices(6, 1), strict=True)
@@ -90,10 +93,10 @@ def simulate_point(point, count, seed, pair=PAIR, population=POPULATION, **numer
     ("omega", "name"), [*(("mean", name) for name in ORDINARY), ("departure", ORDINARY[0])]
 )
 def test_agrees_with_the_reference(omega, name):
-    made = simulate_point(POINTS[name], ORDINARY_COUNT, seed=81, omega=omega)
+    simulation = simulate_point(POINTS[name], ORDINARY_COUNT, seed=81, omega=omega)
     right, wrong = ({"departure": omega == "departure"}, {"departure": omega == "mean"})
-    assert disagreements(made, POINTS[name] | right) == []
-    assert disagreements(made, POINTS[name] | wrong) != []
+    assert disagreements(simulation, POINTS[name] | right) == []
+    assert disagreements(simulation, POINTS[name] | wrong) != []
 
 
 @pytest.fixture(scope="module", params=POINTS)
@@ -104,5 +107,5 @@ def studied(request):
 
 @pytest.mark.study
 def test_agrees_with_the_reference_everywhere(studied):
-    point, made = studied
-    assert disagreements(made, point) == []
+    point, simulation = studied
+    assert disagreements(simulation, point) == []

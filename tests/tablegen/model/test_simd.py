@@ -1,4 +1,4 @@
-"""Lanes: every operation is that of floats, lane by lane."""
+"""Lanes: every operation gives the same as floats, lane by lane."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Support maps: no vertex that a direction needs is missing from its list."""
+"""Support maps: the list of each direction has every vertex that it needs."""
 
 import math
 
@@ -30,7 +30,7 @@ SOLIDS = {
 
 @numba.njit
 def worst_miss(support_map, vertices, at, along):
-    """Most by which the best vertex of a list, found for ``at``, falls short of all vertices."""
+    """Return how far the best vertex of a list falls short of the best of all vertices."""
     worst = 0.0
     for i in range(len(at)):
         first, end = support_range(support_map, at[i, 0], at[i, 1], at[i, 2])

@@ -65,9 +65,9 @@ def test_a_glide_without_resistance_ends_in_its_closed_form(sizes, axis, resolut
     condition = make_condition(0.5 * math.pi, 200.0, resolution=resolution)
     rotation = rotation_of(start_angle(*section), axis)
     law = PAIR.model_copy(update=LAWS).kernel_arguments()
-    made = run_rebound(condition, body_of("ellipsoid", *sizes), rotation, law)
+    rebound = run_rebound(condition, body_of("ellipsoid", *sizes), rotation, law)
     # a real chain, the longer the finer the resolution, and an error of its order
-    assert made.collisions > 0.1 / resolution
+    assert rebound.collisions > 0.1 / resolution
     expected = closed_form(*section)
-    off = np.abs(made.state[[0, 1, 5]] - expected) / [1.0, 1.0, 1.0 + abs(expected[2])]
+    off = np.abs(rebound.state[[0, 1, 5]] - expected) / [1.0, 1.0, 1.0 + abs(expected[2])]
     assert off.max() < 0.2 * resolution

@@ -1,4 +1,4 @@
-"""Free tumbling: its phases in closed form, how far it reaches, and orientations drawn from it."""
+"""Free tumbling: phases in closed form, the reach of a grain, and orientations that are drawn."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ MOMENTS = [
 
 
 def inertias(moments):
-    """Inertia at both ends, beside them and the separatrix, on it, and in between."""
+    """Return inertias at both ends, at the separatrix, beside these, and in between."""
     first, second, third = moments
     share = np.array([0.0, 1e-12, 1e-3, 0.2, 0.5, 0.8, 1.0 - 1e-3, 1.0])
     beside = second * (1.0 + np.array([-1e-3, -1e-6, -1e-14, 0.0, 1e-14, 1e-6, 1e-3]))
@@ -60,12 +60,12 @@ def rate_and_parameter(moments, inertia):
 @pytest.mark.parametrize("complement", [1.0, 0.9, 0.5, 1e-2, 1e-4, 1e-8, 1e-12, 2.0**-53])
 def test_elliptic_functions_are_those_of_scipy(complement):
     turn = np.linspace(0.0, 1.0, 201)
-    found = np.array([jacobi(t, complement) for t in turn])
+    computed = np.array([jacobi(t, complement) for t in turn])
     m = 1.0 - complement
     if complement > 1e-6:  # next to 1 a parameter has lost the digits of its complement
         expected = np.column_stack(ellipj(4.0 * ellipk(m) * turn, m)[:3])
-        np.testing.assert_allclose(found, expected, atol=1e-10)
-    sn, cn, dn = found.T
+        np.testing.assert_allclose(computed, expected, atol=1e-10)
+    sn, cn, dn = computed.T
     np.testing.assert_allclose(sn**2 + cn**2, 1.0, rtol=1e-15)
     np.testing.assert_allclose(dn**2, complement + m * cn**2, rtol=1e-9, atol=1e-16)
 
@@ -75,9 +75,9 @@ def test_directions_have_the_inertia_that_was_asked_for(moments):
     for inertia in inertias(moments):
         for turn in (1e-10, 0.1, 0.25, 0.37, 0.5, 0.75, 0.9999):
             for positive in (False, True):
-                found = np.array(momentum_direction(moments, inertia, turn, positive))
-                assert abs(found @ found - 1.0) < 1e-14
-                assert abs(inertia * (found**2 / moments).sum() - 1.0) < 1e-13
+                direction = np.array(momentum_direction(moments, inertia, turn, positive))
+                assert abs(direction @ direction - 1.0) < 1e-14
+                assert abs(inertia * (direction**2 / moments).sum() - 1.0) < 1e-13
 
 
 @pytest.mark.parametrize("moments", [*MOMENTS[:3], MOMENTS[5]])
@@ -94,17 +94,17 @@ def test_phases_are_uniform_in_time(moments, positive):
         if not rate > 0.0:
             continue
         times = 4.0 * ellipk(m) / rate * turns * (1.0 if positive else -1.0)
-        found = np.array([momentum_direction(moments, inertia, t, positive) for t in turns])
+        directions = np.array([momentum_direction(moments, inertia, t, positive) for t in turns])
         exact = solve_ivp(
             lambda _, x: np.cross(x, x / moments),
             (times[0], times[-1]),
-            found[0],
+            directions[0],
             t_eval=times,
             rtol=1e-11,
             atol=1e-13,
             method="DOP853",
         )
-        np.testing.assert_allclose(found, exact.y.T, atol=1e-6)
+        np.testing.assert_allclose(directions, exact.y.T, atol=1e-6)
 
 
 @pytest.mark.parametrize("moments", MOMENTS)
@@ -145,8 +145,8 @@ class TestDrawn:
         grains = POPULATION.restricted_to("ellipsoid").with_aspect(0.8, 0.7)
         moments = np.array(body_of("ellipsoid", 0.8, 0.56).moments)
         for inertia in (0.9 * moments[2] + 0.1 * moments[1], 0.9 * moments[0] + 0.1 * moments[1]):
-            made, _ = drawn(grains, make_condition(0.5, 100.0, self.SPIN, inertia=inertia))
-            along = self.directions(made)
+            rotations, _ = drawn(grains, make_condition(0.5, 100.0, self.SPIN, inertia=inertia))
+            along = self.directions(rotations)
             np.testing.assert_allclose((along**2 / moments).sum(axis=1), 1.0 / inertia, rtol=1e-13)
             side = along[:, 2 if inertia > moments[1] else 0] > 0.0
             assert abs(side.mean() - 0.5) < 4.9 * 0.5 / np.sqrt(len(side))
@@ -154,7 +154,7 @@ class TestDrawn:
             spin = self.SPIN / np.linalg.norm(self.SPIN)
             zero = np.cross(spin, [0.0, 1.0, 0.0])
             across = np.cross(spin, zero)
-            axis = made[:, :, 1]
+            axis = rotations[:, :, 1]
             zero, across = zero / np.linalg.norm(zero), across / np.linalg.norm(across)
             angle = np.arctan2(axis @ across, axis @ zero)
             for part in (slice(None), side, ~side):
@@ -165,8 +165,8 @@ class TestDrawn:
         moments = np.array(body_of("ellipsoid", 0.8, 0.56).moments)
         i1, i2, i3 = 1.0 / moments
         for inertia in (0.9 * moments[2] + 0.1 * moments[1], 0.9 * moments[0] + 0.1 * moments[1]):
-            made, _ = drawn(grains, make_condition(0.5, 100.0, self.SPIN, inertia=inertia))
-            first, second, third = self.directions(made).T
+            rotations, _ = drawn(grains, make_condition(0.5, 100.0, self.SPIN, inertia=inertia))
+            first, second, third = self.directions(rotations).T
             x = 1.0 / inertia
             if x < i2:
                 sn = second * np.sqrt((i2 - i3) / (x - i3))
@@ -183,14 +183,14 @@ class TestDrawn:
     )
     def test_are_uniform_where_the_inertia_is_not_known_or_says_nothing(self, aspect, inertia):
         grains = POPULATION.restricted_to("ellipsoid").with_aspect(*aspect)
-        made, _ = drawn(grains, make_condition(0.5, 100.0, self.SPIN, inertia=inertia))
+        rotations, _ = drawn(grains, make_condition(0.5, 100.0, self.SPIN, inertia=inertia))
         same, _ = drawn(grains, make_condition(0.5, 100.0))
-        np.testing.assert_array_equal(made, same)
+        np.testing.assert_array_equal(rotations, same)
 
     def test_take_the_nearest_inertia_that_a_grain_can_have(self):
         for inertia, end in ((1e-3, 0), (2.0, 2)):
-            made, kind = drawn(CROWD, make_condition(0.5, 100.0, self.SPIN, inertia=inertia))
-            along = np.abs(self.directions(made)[:, end])
+            rotations, kind = drawn(CROWD, make_condition(0.5, 100.0, self.SPIN, inertia=inertia))
+            along = np.abs(self.directions(rotations)[:, end])
             assert along[kind[:, 0] == 0].min() > 1.0 - 1e-12
             spheres = along[kind[:, 0] == 4]
             assert kstest(spheres, "uniform").pvalue > 1e-7
@@ -217,22 +217,24 @@ class TestDrawn:
 @pytest.mark.parametrize("alpha_deg", [0.05, 3.0, 90.0])
 def test_inertia_after_a_rebound_gives_its_energy(spin, alpha_deg):
     condition = make_condition(np.radians(alpha_deg), 50.0, spin, inertia=0.3)
-    made = simulate_condition(PAIR, CROWD, condition, 3000, seed=5)
-    spheres = made.shape == 4
-    assert (made.inertia[spheres] == 0.4).all()
+    simulation = simulate_condition(PAIR, CROWD, condition, 3000, seed=5)
+    spheres = simulation.shape == 4
+    assert (simulation.inertia[spheres] == 0.4).all()
     for number in (0, 1):
-        names, grains = ("ellipsoid", "prism"), made.aspect[made.shape == number]
+        names, grains = ("ellipsoid", "prism"), simulation.aspect[simulation.shape == number]
         ends = np.array([body_of(names[number], b, b * c).moments for b, c in grains])
-        found = made.inertia[made.shape == number]
-        assert ((ends[:, 0] <= found) & (found <= ends[:, 2])).all()
+        inertia = simulation.inertia[simulation.shape == number]
+        assert ((ends[:, 0] <= inertia) & (inertia <= ends[:, 2])).all()
         before = 0.5 + 0.5 * np.clip(0.3, ends[:, 0], ends[:, 2]) * np.dot(spin, spin)
-        turning = 0.5 * found * np.sum(made.state[made.shape == number, 3:] ** 2, axis=1)
-        expected = made.energy[made.shape == number, 1]
+        turning = (
+            0.5 * inertia * np.sum(simulation.state[simulation.shape == number, 3:] ** 2, axis=1)
+        )
+        expected = simulation.energy[simulation.shape == number, 1]
         np.testing.assert_allclose(turning / before, expected, rtol=1e-12, atol=1e-14)
 
 
 class TestReach:
-    """A height at which no phase of the tumbling touches."""
+    """The reach is a height at which a tumbling grain never touches the wall."""
 
     @staticmethod
     def motions(name, count, seed):

@@ -1,4 +1,4 @@
-"""Direct rebounds of particles with a velocity, a spin and a grain each."""
+"""`DirectModel`: rebounds of particles that each have a velocity, a spin and a grain."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def lab_impacts(n, seed=1):
 
 
 class TestAgainstSimulate:
-    """One condition: what `tablegen.simulate` gives, to the last bit."""
+    """At one condition, states equal those of `tablegen.simulate` bit by bit."""
 
     @pytest.mark.parametrize(
         ("alpha_deg", "spin", "inertia"),
@@ -54,25 +54,25 @@ class TestAgainstSimulate:
     def test_own_grains_at_the_first_hit(self, alpha_deg, spin, inertia):
         alpha, index = np.radians(alpha_deg), np.arange(300)
         given = {"spin": spin, "inertia": inertia or 0.0, "population": SOLID}
-        made = tablegen.simulate(CONFIG, alpha, 170.0, 300, seed=7, **given)
+        simulation = tablegen.simulate(CONFIG, alpha, 170.0, 300, seed=7, **given)
         model, after = DirectModel(CONFIG, SOLID), np.empty(300)
         keys = {"seed": 7, "index": index, "hit": 0, "inertia_after": after}
-        found = model.sample(alpha, 170.0, spin=spin, inertia=inertia, **keys)
-        np.testing.assert_array_equal(found, made.state)
-        np.testing.assert_array_equal(after, made.inertia)
+        states = model.sample(alpha, 170.0, spin=spin, inertia=inertia, **keys)
+        np.testing.assert_array_equal(states, simulation.state)
+        np.testing.assert_array_equal(after, simulation.inertia)
 
     def test_fresh_and_given_grains_at_a_later_hit(self):
         condition = make_condition(0.5, 170.0, SPIN)
-        made = simulate_condition(CONFIG.pair, CROWD, condition, 300, seed=7, stream=4)
+        simulation = simulate_condition(CONFIG.pair, CROWD, condition, 300, seed=7, stream=4)
         keys = {"seed": 7, "index": np.arange(300), "hit": 4}
-        found = CROWDED.sample(0.5, 170.0, spin=SPIN, grain="fresh", **keys)
-        np.testing.assert_array_equal(found, made.state)
+        states = CROWDED.sample(0.5, 170.0, spin=SPIN, grain="fresh", **keys)
+        np.testing.assert_array_equal(states, simulation.state)
         # the same grains given
-        np.testing.assert_array_equal(made.mesh >= 0, made.shape == SHAPE_CODES["mesh"])
-        codes = np.where(made.mesh < 0, made.shape, FIRST_MESH + made.mesh)
-        grains = np.column_stack([codes, made.aspect])
-        found = CROWDED.sample(0.5, 170.0, spin=SPIN, grain=grains, **keys)
-        np.testing.assert_array_equal(found, made.state)
+        np.testing.assert_array_equal(simulation.mesh >= 0, simulation.shape == SHAPE_CODES["mesh"])
+        codes = np.where(simulation.mesh < 0, simulation.shape, FIRST_MESH + simulation.mesh)
+        grains = np.column_stack([codes, simulation.aspect])
+        states = CROWDED.sample(0.5, 170.0, spin=SPIN, grain=grains, **keys)
+        np.testing.assert_array_equal(states, simulation.state)
 
 
 class TestKeys:
@@ -87,8 +87,8 @@ class TestKeys:
         order = np.random.default_rng(2).permutation(self.N)
         for part in (order[:6], order[6:]):
             keys = {"seed": 1, "index": index[part], "hit": hit[part], "threads": 1}
-            found = MODEL.sample(alpha[part], speed[part], spin=spin[part], **keys)
-            np.testing.assert_array_equal(found, whole[part])
+            states = MODEL.sample(alpha[part], speed[part], spin=spin[part], **keys)
+            np.testing.assert_array_equal(states, whole[part])
 
     def test_lab_frame_in_any_order(self):
         velocity, normal, omega = lab_impacts(400)
@@ -116,7 +116,7 @@ class TestKeys:
 
 
 class TestGrain:
-    """A grain is the particle's own, at every hit; or a fresh one, if that is asked for."""
+    """A particle has its own grain at every hit, or a fresh one if that is asked for."""
 
     def test_own_is_that_of_the_particle_at_every_hit(self):
         grains = CROWDED.grains(5, range(400))
@@ -171,7 +171,7 @@ class TestLabFrame:
 
 
 class TestInertia:
-    """What is known of the inertia about a spin, and what is given back."""
+    """The inertia about a spin, as an argument and as a result."""
 
     def test_that_is_not_known_is_that_of_a_uniform_orientation(self):
         none = MODEL.sample(**IMPACT, **KEYS)
@@ -180,8 +180,8 @@ class TestInertia:
     def test_of_what_does_not_spin_does_not_matter(self):
         still = IMPACT | {"spin": np.zeros(3)}
         for inertia in (0.0, 0.2, 9.0):
-            found = MODEL.sample(**still, inertia=inertia, **KEYS)
-            np.testing.assert_array_equal(found, MODEL.sample(0.6, 120.0, **KEYS))
+            states = MODEL.sample(**still, inertia=inertia, **KEYS)
+            np.testing.assert_array_equal(states, MODEL.sample(0.6, 120.0, **KEYS))
 
     def test_of_a_single_moment_and_of_fresh_grains(self):
         after, spheres = np.empty(500), {"grain": (4.0, 1.0, 1.0), "inertia": 0.4}

@@ -1,4 +1,4 @@
-"""Forty hits in a cylinder: phases that are drawn stand for orientations that are kept."""
+"""Forty hits in a cylinder: drawn phases give the same results as kept orientations."""
 
 import numpy as np
 import pytest
@@ -24,8 +24,8 @@ def model_of(shape):
 
 
 def kept(model, grains, seed):
-    """Angles and energies kept, (hits, n), of grains that keep their orientations and tumble."""
-    rng, found = np.random.default_rng(seed), np.empty((2, HITS, len(grains)))
+    """Simulate grains that keep their orientations; return angles and energies, (hits, n)."""
+    rng, results = np.random.default_rng(seed), np.empty((2, HITS, len(grains)))
     law, population, numerics = model._arrays
     for k, (code, b, c) in enumerate(grains):
         storage = np.empty((MAX_VERTICES, 3)), np.zeros(1, dtype=np.int64), NO_MAP
@@ -34,13 +34,13 @@ def kept(model, grains, seed):
         set_orientation(*rng.random(3), motion)
         angles, energies = rng.uniform(60.0, 200.0, HITS), np.empty(HITS)
         assert kept_chain(law, body, numerics, motion, angles, energies)
-        found[:, :, k] = angles, energies
-    return found
+        results[:, :, k] = angles, energies
+    return results
 
 
 def drawn(model, grains, seed, knows=True):
-    """The same by `DirectModel`, which draws the phases; or, if it knows no inertia, all."""
-    n, found = len(grains), np.empty((2, HITS, len(grains)))
+    """Simulate the same by `DirectModel`, which draws phases or whole orientations."""
+    n, results = len(grains), np.empty((2, HITS, len(grains)))
     velocity = np.tile(SPEED * np.array([np.cos(FIRST), -np.sin(FIRST), 0.0]), (n, 1))
     normal, omega, inertia = np.tile([0.0, 1.0, 0.0], (n, 1)), np.zeros((n, 3)), np.zeros(n)
     keys = {"seed": seed, "index": np.arange(n), "grain": grains}
@@ -50,14 +50,14 @@ def drawn(model, grains, seed, knows=True):
             velocity, normal, SIZE, omega=omega, inertia=inertia if knows else None, hit=hit, **keys
         )
         square = np.sum(after.velocity**2, axis=1) / SPEED**2
-        found[:, hit] = np.arcsin(np.minimum(sine, 1.0)), square
+        results[:, hit] = np.arcsin(np.minimum(sine, 1.0)), square
         scale = 1.0 / np.sqrt(square)[:, None]
         velocity, omega, inertia = after.velocity * scale, after.omega * scale, after.inertia
         across = velocity * [1.0, 1.0, 0.0]
         chord = 2.0 * np.sum(velocity * normal, axis=1) / np.sum(across**2, axis=1)
         normal = normal - chord[:, None] * across
         normal /= np.linalg.norm(normal, axis=1)[:, None]
-    return found
+    return results
 
 
 def errors_apart(one, other):

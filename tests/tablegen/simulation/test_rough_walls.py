@@ -49,16 +49,16 @@ def test_particles_meet_facets_by_their_projected_area(alpha_deg, isotropic):
     share = np.exp(-(g**2 + h**2) / (2 * roughness**2)) * np.cos(g) * np.cos(h)
     weight = share * np.maximum(-normal @ path, 0.0) / normal[..., 1]
 
-    velocity, found = np.tile(100.0 * path, (n, 1)), np.empty((n, 3))
+    velocity, from_runtime = np.tile(100.0 * path, (n, 1)), np.empty((n, 3))
     wall = UP[None], np.full(n, roughness), np.full(n, roughness * isotropic)
     keys = np.uint64(3), np.arange(n, dtype=np.uint64), np.zeros(n, dtype=np.uint32)
-    facet_normals(velocity, *wall, keys, found)
-    found /= np.linalg.norm(found, axis=1, keepdims=True)
+    facet_normals(velocity, *wall, keys, from_runtime)
+    from_runtime /= np.linalg.norm(from_runtime, axis=1, keepdims=True)
     if alpha_deg == 90.0:  # any plane of incidence: about the normal only its own component counts
-        found, normal = found[:, 1:2], normal[..., 1:2]
-    parts = range(found.shape[1])
+        from_runtime, normal = from_runtime[:, 1:2], normal[..., 1:2]
+    parts = range(from_runtime.shape[1])
     for powers in [(k,) for k in parts] + [*itertools.combinations_with_replacement(parts, 2)]:
-        values, expected = found[:, powers].prod(axis=1), normal[..., powers].prod(axis=-1)
+        values, expected = from_runtime[:, powers].prod(axis=1), normal[..., powers].prod(axis=-1)
         mean = np.average(expected, weights=weight)
         error = np.sqrt(np.average((expected - mean) ** 2, weights=weight) / n)
         assert abs(values.mean() - mean) <= 5.0 * error + 1e-12
@@ -81,7 +81,7 @@ def test_bounces_are_smooth_ones_from_facets_with_spin_grain_and_inertia_kept(is
     """Each bounce again by the smooth model, from the facets of the runtime's own function."""
     velocity = np.array([20.0, -140.0, 0.0])  # one in five hits again
     keys = {"seed": 3, "index": IDS, "hit": 2, "roughness": 0.5, "isotropic": isotropic}
-    found = MODEL.rebound(velocity, UP, HALF_SIZE, omega=OMEGA, **keys)
+    rebounds = MODEL.rebound(velocity, UP, HALF_SIZE, omega=OMEGA, **keys)
     grains = MODEL.grains(3, IDS)
 
     def bounced(keeps):
@@ -105,9 +105,9 @@ def test_bounces_are_smooth_ones_from_facets_with_spin_grain_and_inertia_kept(is
         return moving, omega, inertia
 
     # the facets above were put together by other formulas
-    for part, expected, most in zip(found, bounced(True), (1e-6, 10.0, 1e-6), strict=True):
+    for part, expected, most in zip(rebounds, bounced(True), (1e-6, 10.0, 1e-6), strict=True):
         np.testing.assert_allclose(part, expected, rtol=1e-6, atol=most)
-    assert np.abs(found.velocity - bounced(False)[0]).max() > 1.0
+    assert np.abs(rebounds.velocity - bounced(False)[0]).max() > 1.0
 
 
 def same(one, other):
@@ -123,8 +123,8 @@ def test_no_roughness_is_the_smooth_wall():
         same(smooth, zero)
     moving = MODEL.rebound(VELOCITY + 7.0, UP, HALF_SIZE, wall_velocity=[7.0] * 3, **keys)
     rough = {"wall_velocity": [7.0] * 3, "roughness": 0.0}
-    found = MODEL.rebound(VELOCITY + 7.0, UP, HALF_SIZE, **rough, **keys)
-    same(moving, found)
+    rebounds = MODEL.rebound(VELOCITY + 7.0, UP, HALF_SIZE, **rough, **keys)
+    same(moving, rebounds)
 
 
 def test_results_do_not_depend_on_threads_or_batches():

@@ -36,50 +36,52 @@ def assert_within_ranges(channels):
 
 
 def test_variables_come_in_the_requested_order(mixture):
-    found = simulated_variables(mixture, ("collisions", "omega_y", "rotational_energy"))
+    variables = simulated_variables(mixture, ("collisions", "omega_y", "rotational_energy"))
     expected = mixture.collisions, mixture.state[:, 4], mixture.energy[:, 1]
-    np.testing.assert_array_equal(found, np.column_stack(expected))
+    np.testing.assert_array_equal(variables, np.column_stack(expected))
     np.testing.assert_array_equal(simulated_variables(mixture, STATE), mixture.state)
 
 
 def test_rotational_energy_of_a_sphere():
     """With the moment of inertia 2/5 m a^2, and the energy before the impact m V^2 / 2."""
-    found = simulated_variables(simulated("sphere", count=3), VARIABLES)
-    spin = np.square(found[:, 3:6]).sum(axis=1)
+    variables = simulated_variables(simulated("sphere", count=3), VARIABLES)
+    spin = np.square(variables[:, 3:6]).sum(axis=1)
     assert spin.min() > 0.01
-    np.testing.assert_allclose(found[:, 6], 0.4 * spin, rtol=1e-12)
-    np.testing.assert_array_equal(found[:, 7], 1.0)
+    np.testing.assert_allclose(variables[:, 6], 0.4 * spin, rtol=1e-12)
+    np.testing.assert_array_equal(variables[:, 7], 1.0)
 
 
 class TestChannels:
     def test_give_back_the_variables(self, mixture):
         c = channels_of(mixture, CHANNELS[:8])
-        found = dict(zip(VARIABLES, simulated_variables(mixture, VARIABLES).T, strict=True))
+        variables = dict(zip(VARIABLES, simulated_variables(mixture, VARIABLES).T, strict=True))
         for name in ("v", "omega_x", "omega_y", "omega_z"):
-            np.testing.assert_array_equal(c[name], found[name])
+            np.testing.assert_array_equal(c[name], variables[name])
         u = c["u_hat"] * np.sqrt(1.0 - c["v"] ** 2)
         w = c["w_hat"] * np.sqrt(1.0 - c["v"] ** 2 - u**2)
         left = 1.0 - c["v"] ** 2 - u**2 - w**2
-        np.testing.assert_allclose(u, found["u"], rtol=0.0, atol=1e-14)
-        np.testing.assert_allclose(w, found["w"], rtol=0.0, atol=1e-14)
+        np.testing.assert_allclose(u, variables["u"], rtol=0.0, atol=1e-14)
+        np.testing.assert_allclose(w, variables["w"], rtol=0.0, atol=1e-14)
         energy = c["energy_hat"] * left
-        np.testing.assert_allclose(energy, found["rotational_energy"], rtol=0.0, atol=2e-6)
-        np.testing.assert_array_equal(np.floor(c["collisions"]), found["collisions"])
+        np.testing.assert_allclose(energy, variables["rotational_energy"], rtol=0.0, atol=2e-6)
+        np.testing.assert_array_equal(np.floor(c["collisions"]), variables["collisions"])
         assert_within_ranges(channels_of(mixture, CHANNELS))
 
     def test_with_works_give_back_the_variables(self, mixture):
         c = channels_of(mixture, channels_for((*STATE, *WORKS)))
         names = ("u", "w", "rotational_energy", *WORKS)
-        found = dict(zip(names, simulated_variables(mixture, names).T, strict=True))
+        variables = dict(zip(names, simulated_variables(mixture, names).T, strict=True))
         rest = 1.0 - c["v"] ** 2
         normal = c["normal_hat"] ** 6 * rest
         u = c["u_hat"] * np.sqrt(rest - normal)
         w = c["w_hat"] * np.sqrt(rest - normal - u**2)
         left = rest - normal - u**2 - w**2
         energy = c["energy_hat"] * left
-        made = dict(zip(names, (u, w, energy, normal, left - energy), strict=True))
+        returned = dict(zip(names, (u, w, energy, normal, left - energy), strict=True))
         for name in names:
-            np.testing.assert_allclose(made[name], found[name], rtol=0.0, atol=2e-6, err_msg=name)
+            np.testing.assert_allclose(
+                returned[name], variables[name], rtol=0.0, atol=2e-6, err_msg=name
+            )
 
     @pytest.mark.parametrize("alpha_deg", [1e-3, 45.0, 90.0])
     def test_of_spheres_that_lose_nothing_stay_in_range(self, alpha_deg):
@@ -87,9 +89,9 @@ class TestChannels:
         pair = {"restitution": law, "resistance": {**law, "value": 0.0}}
         elastic = CONFIG.with_changes({"pair": pair, "domain": {"extrapolate": True}})
         spheres, alpha1 = elastic.population.restricted_to("sphere"), np.radians(alpha_deg)
-        found = simulate(elastic, alpha1, 150.0, 100, seed=2, population=spheres)
-        assert np.square(found.state[:, :3]).sum(axis=1).max() > 1.0 - 1e-9
-        c = channels_of(found, CHANNELS)
+        simulation = simulate(elastic, alpha1, 150.0, 100, seed=2, population=spheres)
+        assert np.square(simulation.state[:, :3]).sum(axis=1).max() > 1.0 - 1e-9
+        c = channels_of(simulation, CHANNELS)
         assert_within_ranges(c)
         np.testing.assert_allclose(c["v"], np.sin(alpha1), rtol=1e-6)
         u = c["u_hat"] * np.sqrt(1.0 - c["v"] ** 2)

@@ -79,7 +79,7 @@ def test_another_seed_or_stream_gives_independent_particles(seed, stream):
 
 
 @pytest.fixture(scope="module")
-def made():
+def simulation():
     return run(100_000)
 
 
@@ -90,14 +90,14 @@ class TestPopulation:
         """Smallest two-sided binomial p-value of equal shares, times the number of shapes."""
         values = []
         for name in self.MIXED:
-            found = np.sum(shapes == SHAPE_CODES[name])
+            count = np.sum(shapes == SHAPE_CODES[name])
             law = binom(len(shapes), 1.0 / len(self.MIXED))
-            values.append(2.0 * min(law.cdf(found), law.sf(found - 1)))
+            values.append(2.0 * min(law.cdf(count), law.sf(count - 1)))
         return len(self.MIXED) * min(values)
 
-    def test_mixture_has_equal_shares(self, made):
-        assert set(made.shape) == {SHAPE_CODES[name] for name in self.MIXED}
-        assert self.least_share_p_value(made.shape) > FALSE_ALARM
+    def test_mixture_has_equal_shares(self, simulation):
+        assert set(simulation.shape) == {SHAPE_CODES[name] for name in self.MIXED}
+        assert self.least_share_p_value(simulation.shape) > FALSE_ALARM
         # 26 : 24 : 25 : 25 per cent is rejected
         weights = dict(zip(self.MIXED, (0.26, 0.24, 0.25, 0.25), strict=True))
         shapes = type(POPULATION.shapes).model_validate(weights)
@@ -110,12 +110,12 @@ class TestPopulation:
         law = truncnorm(-1.5, 1.0, loc=0.8, scale=0.2)
         return 2.0 * min(kstest(ratio, law.cdf).pvalue for ratio in aspect.T)
 
-    def test_aspect_ratios_follow_the_truncated_normal_law(self, made):
-        assert made.aspect.min() >= 0.5
-        assert made.aspect.max() <= 1.0
-        assert self.aspect_p_value(made.aspect) > FALSE_ALARM
+    def test_aspect_ratios_follow_the_truncated_normal_law(self, simulation):
+        assert simulation.aspect.min() >= 0.5
+        assert simulation.aspect.max() <= 1.0
+        assert self.aspect_p_value(simulation.aspect) > FALSE_ALARM
         # b/a, c/b and the shape are independent: 4.9 errors, 1e-6 each
-        columns = np.column_stack([made.aspect, made.shape])
+        columns = np.column_stack([simulation.aspect, simulation.shape])
         off = np.corrcoef(columns.T)[np.triu_indices(3, 1)]
         assert np.abs(off).max() < 4.9 / np.sqrt(100_000)
         # clipped ratios and those of a slightly other mean are rejected
@@ -156,8 +156,8 @@ def test_ends_of_the_ranges_are_allowed():
     assert make_condition(np.pi / 2 * (1.0 + 1e-16), 200.0) == make_condition(np.pi / 2, 200.0)
     assert check_impact_angle(np.radians(1e-6)) == np.radians(1e-6)
     assert make_condition(np.float32(0.5), np.int64(200), np.ones(3)).spin == (1.0, 1.0, 1.0)
-    made = make_condition(np.radians(1e-6), 1e-6, resolution=1e-6, tolerance=1e-14)
-    assert made.resolution > 0.0
+    simulation = make_condition(np.radians(1e-6), 1e-6, resolution=1e-6, tolerance=1e-14)
+    assert simulation.resolution > 0.0
     assert np.all(np.isfinite(run(10, seed=2**64 - 1, stream=2**32 - 1).state))
 
 
@@ -169,24 +169,24 @@ def test_simulate_takes_all_of_a_configuration():
     for population in (None, spheres):
         options = {"seed": 3, "stream": 4}
         spin = (0.0, 0.0, 2.0)
-        made = tablegen.simulate(
+        simulation = tablegen.simulate(
             config, 0.5, 200.0, 50, spin=spin, population=population, **options
         )
         people = population or config.population
         condition = make_condition(0.5, 200.0, spin, resolution=0.05, tolerance=1e-5)
         expected = simulate_condition(config.pair, people, condition, 50, **options)
-        np.testing.assert_array_equal(made.state, expected.state)
+        np.testing.assert_array_equal(simulation.state, expected.state)
         plain = make_condition(0.5, 200.0, spin)
         other = simulate_condition(config.pair, people, plain, 50, **options)
-        assert population is spheres or np.any(made.state != other.state)
+        assert population is spheres or np.any(simulation.state != other.state)
 
 
 class TestNotFinite:
-    """No state that is not finite leaves a simulation."""
+    """A state that is not finite is an error, never a result."""
 
     @pytest.fixture(autouse=True)
     def spoil(self, monkeypatch):
-        """A NaN in the state of particle 3 and infinite energy of particle 5."""
+        """Put NaN into the state of particle 3, and an infinite energy into particle 5."""
 
         def spoiled(law, population, conditions, keys, state, collisions, kind, energy, inertia):
             arrays = (state, collisions, kind, energy, inertia)
