@@ -1,4 +1,4 @@
-"""Tasks and their checkpoints: kept, found again, refused, and the same results in any order."""
+"""Checkpoints of tasks are kept, used again or refused; results do not depend on the order."""
 
 import threading
 import time
@@ -172,7 +172,7 @@ class TestRun:
 
 
 def test_linear_algebra_keeps_to_one_thread_while_tasks_overlap():
-    """The first task to end must not give the other its threads back, which may change sums."""
+    """When the first task ends, the other must stay on one thread: more threads change sums."""
     blas = ThreadpoolController().select(user_api="blas")
     one_in, two_in, one_out = (threading.Event() for _ in range(3))
     seen = []
