@@ -188,7 +188,7 @@ class TestStored:
         path = tmp_path / "t.h5"
         write_table(path, replace(self.TABLE, config="[" * 5000))
         assert "config: " in refuse("tablegen", "validate", path)
-        assert "declared          ?" in run("inspect", path).out
+        assert "declared          cannot be read" in run("inspect", path).out
 
 
 def test_page_of_laws_has_the_bounds_of_the_code():

@@ -7,7 +7,6 @@ from contact_law_samples import RESISTANCE, RESTITUTION, SOURCE
 
 from sampler.errors import InputError
 from tablegen.config.config import load_config, parse_config
-from tablegen.config.mesh import MOST_VERTICES
 
 #: Changes of the shipped pair => beginning of the line ... a bound that it states.
 FIELDS = """
@@ -28,7 +27,7 @@ population.aspect.distribution = "even" => population.aspect.distribution: got '
 population.aspect = {distribution = "fixed"} => population.aspect.values: is missing, ... a value
 population.aspect = {mean = 9.0} => population.aspect.range: got [0.5, 1], ... 1e-06 of the
 population.meshes = [{file = "none.stl"}] => population.meshes[0].file: there is no file none.stl
-population.meshes = [{vertices = [[0, 0, 0]]}] => population.meshes[0].vertices: got [[0 ... {MOST}
+population.meshes = [{vertices = [[0, 0, 0]]}] => population.meshes[0].vertices: got [[0 ... 4 or more points that span a volume
 table.seed = 1.0 => table.seed: got 1.0, ... integer
 table.quantile_knots = 256 => table.quantile_knots: got 256, ... odd
 table.speed_nodes = [5, 5, 300] => table.speed_nodes: got [5, 5, 300], ... each larger
@@ -53,8 +52,7 @@ tabulated: value = [0.9] => value: got [0.9], ... 2 numbers, one for each of ang
 
 
 def cases(text):
-    """Changes, beginning of the line, and a bound, from every line of a list."""
-    text = text.replace("{MOST}", f"4 to {MOST_VERTICES} points that span a volume")
+    """Return change, beginning of the line, and bound of each line of a list."""
     rows = (line.partition(" => ") for line in text.strip().splitlines())
     return [(toml, *rest.split(" ... ")) for toml, _, rest in rows]
 
