@@ -27,7 +27,7 @@ population.aspect.distribution = "even" => population.aspect.distribution: got '
 population.aspect = {distribution = "fixed"} => population.aspect.values: is missing, ... a value
 population.aspect = {mean = 9.0} => population.aspect.range: got [0.5, 1], ... 1e-06 of the
 population.meshes = [{file = "none.stl"}] => population.meshes[0].file: there is no file none.stl
-population.meshes = [{vertices = [[0, 0, 0]]}] => population.meshes[0].vertices: got [[0 ... 4 or more points
+population.meshes = [{vertices = [[0, 0, 0]]}] => population.meshes[0].vertices: got [[0 ... or more
 table.seed = 1.0 => table.seed: got 1.0, ... integer
 table.quantile_knots = 256 => table.quantile_knots: got 256, ... odd
 table.speed_nodes = [5, 5, 300] => table.speed_nodes: got [5, 5, 300], ... each larger
