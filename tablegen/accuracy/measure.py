@@ -24,9 +24,9 @@ from tablegen.progress import bar
 from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 
-#: Smallest and largest number of states on each side. Four million states take a gigabyte of memory
-#: and half a minute.
-_SMALLEST_SAMPLES, _LARGEST_SAMPLES = 100_000, 4_000_000
+#: Smallest number of states on each side, which the classifier needs, and the largest. Four million
+#: states take a gigabyte of memory and half a minute.
+SMALLEST_SAMPLES, _LARGEST_SAMPLES = 100_000, 4_000_000
 
 #: Number of states times the square of the declared Kolmogorov-Smirnov distance. With this number,
 #: the noise of the measured distance is about a quarter of the declared distance.
@@ -40,9 +40,9 @@ FIRST_STREAM = 2**31
 FIRST_OWN = 2**29
 
 
-def sample_size(targets: AccuracyTargets) -> int:
+def sample_size(targets: AccuracyTargets, smallest: int = SMALLEST_SAMPLES) -> int:
     """Compute how many states on each side are needed to measure a declared accuracy."""
-    return min(max(_SMALLEST_SAMPLES, int(_SAMPLES / targets.ks**2)), _LARGEST_SAMPLES)
+    return min(max(smallest, int(_SAMPLES / targets.ks**2)), _LARGEST_SAMPLES)
 
 
 def compare_condition(

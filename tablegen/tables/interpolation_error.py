@@ -6,7 +6,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from sampler.table import Table
-from tablegen.accuracy.measure import FIRST_STREAM, sample_size
+from tablegen.accuracy.measure import FIRST_STREAM, SMALLEST_SAMPLES, sample_size
 from tablegen.accuracy.metrics import ESTIMATES, Settings, at_resolution
 from tablegen.checkpoints import Arrays, stable_number
 from tablegen.config.config import AccuracyTargets, Config
@@ -22,35 +22,38 @@ from tablegen.tables.intervals import Grid, Place
 #: Directions of the sliced Wasserstein distance: fewer than in a report, for the time.
 _DIRECTIONS = 8
 
-#: Expensive metrics are skipped where a cheap one is this many times the allowed value.
-_SKIP_ABOVE = 2.0
+#: Metrics that take little time.
+CHEAP = tuple(name for name, metric in METRICS.items() if metric.trial_states is None)
 
-#: Metrics that count on the edges of cells; in their centres all do.
-ON_EDGES = tuple(name for name, metric in METRICS.items() if metric.on_edges)
+#: Smallest number of states on each side for cheap metrics.
+_SMALLEST_CHEAP = 25_000
 
 
-def error_of(
-    distances: Arrays, targets: AccuracyTargets, names: Sequence[str] = tuple(METRICS)
-) -> tuple[float, str]:
-    """Find the largest of some metrics, in units of its allowed value, and its name."""
+def error_of(distances: Arrays, targets: AccuracyTargets) -> tuple[float, str]:
+    """Find the largest distance, in units of its allowed value, and the name of its metric."""
 
     def share(name: str) -> float:
         return METRICS[name].share(float(np.max(distances[name])), getattr(targets, name))
 
-    return max((share(name), name) for name in names)
+    return max((share(name), name) for name in distances)
 
 
 def interpolation_errors(
-    config: Config, place: Place, condition: tuple[float, float], nodes: list[NodeArrays]
+    config: Config,
+    place: Place,
+    condition: tuple[float, float],
+    nodes: list[NodeArrays],
+    names: Sequence[str] = tuple(METRICS),
 ) -> Arrays:
     """Compare draws at a condition (alpha_deg, speed) between the nodes of a place with simulation.
 
-    Nodes come row by row, as for `assemble`. Returns values of `METRICS`. An expensive metric has
-    the value of equal laws where a cheap one is far off, or where any value is allowed.
+    Nodes come row by row, as for `assemble`. Returns values of the metrics that are named. An
+    expensive metric has the value of equal laws where any value is allowed.
     """
     alpha_deg, speed = condition
     stream = FIRST_STREAM + stable_number(f"trial {alpha_deg!r} {speed!r}", 31)
-    samples, seed = sample_size(config.accuracy), config.table.seed
+    smallest = _SMALLEST_CHEAP if set(names) <= set(CHEAP) else SMALLEST_SAMPLES
+    samples, seed = sample_size(config.accuracy, smallest), config.table.seed
     simulation = simulate(
         config, np.radians(alpha_deg), speed, samples, seed=seed, stream=stream, threads=1
     )
@@ -62,26 +65,20 @@ def interpolation_errors(
         np.radians(alpha_deg), speed, seed=seed, hit=hit, index=np.arange(samples), threads=1
     )
     with threadpool_limits(limits=1, user_api="blas"):
-        return _distances(drawn, direct, config.accuracy)
+        drawn, direct = at_resolution(drawn, 0), at_resolution(direct, 1)
+        return {name: _distance(name, drawn, direct, config.accuracy) for name in names}
 
 
-def _distances(drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets) -> Arrays:
-    """Measure the cheap metrics, then the expensive ones if they can decide."""
-    drawn, direct = at_resolution(drawn, 0), at_resolution(direct, 1)
-
-    def distance(name: str, most: int | None = None) -> FloatArray:
-        estimate = ESTIMATES[name](drawn[:most], direct[:most], Settings(0, _DIRECTIONS))
-        if name == "correlation_error":
-            # that of a few rare rebounds is mostly noise
-            return np.array(max(estimate.value - estimate.error, 0.0))
-        return np.asarray(estimate.distance)
-
-    distances: Arrays = {
-        name: np.array(m.least) if m.trial_states else distance(name) for name, m in METRICS.items()
-    }
-    if error_of(distances, targets)[0] < _SKIP_ABOVE:
-        for name, metric in METRICS.items():
-            # the largest possible value allows any difference
-            if metric.trial_states and getattr(targets, name) < metric.most:
-                distances[name] = distance(name, metric.trial_states)
-    return distances
+def _distance(
+    name: str, drawn: FloatArray, direct: FloatArray, targets: AccuracyTargets
+) -> FloatArray:
+    """Measure a metric of blurred states, unless its largest possible value is allowed."""
+    metric = METRICS[name]
+    most = metric.trial_states
+    if most and getattr(targets, name) >= metric.most:
+        return np.array(metric.least)
+    estimate = ESTIMATES[name](drawn[:most], direct[:most], Settings(0, _DIRECTIONS))
+    if name == "correlation_error":
+        # that of a few rare rebounds is mostly noise
+        return np.array(max(estimate.value - estimate.error, 0.0))
+    return np.asarray(estimate.distance)

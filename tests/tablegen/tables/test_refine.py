@@ -11,7 +11,7 @@ from tablegen.checkpoints import CheckpointStore, TaskRunner
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
 from tablegen.fitting.resolution import LADDER
-from tablegen.tables.interpolation_error import interpolation_errors
+from tablegen.tables.interpolation_error import CHEAP, interpolation_errors
 from tablegen.tables.intervals import Grid
 from tablegen.tables.plan import make_plan
 from tablegen.tables.refine import NodeCache
@@ -34,7 +34,7 @@ def refine_grid(config, runner):
 
 @pytest.fixture(autouse=True)
 def few_states(monkeypatch):
-    monkeypatch.setattr(MODULE, "sample_size", lambda targets: 2000)
+    monkeypatch.setattr(MODULE, "sample_size", lambda targets, smallest=0: 2000)
 
 
 def mixture_error(components):
@@ -45,11 +45,12 @@ def mixture_error(components):
 def errors(monkeypatch):
     """Trials by a known law instead of by simulation: quadratic in the steps of the angle."""
 
-    def trial(config, place, condition, nodes):
+    def trial(config, place, condition, nodes, names):
         error = 0.05 * np.ptp(place.alpha_deg) ** 2 * config.accuracy.ks
         found = {name: np.array(metric.least) for name, metric in METRICS.items()}
         auc = np.array(0.5 + mixture_error(nodes[0].mean.shape[0]))
-        return found | {"ks": np.array([error]), "auc": auc}
+        found |= {"ks": np.array([error]), "auc": auc}
+        return {name: found[name] for name in names}
 
     monkeypatch.setattr(REFINE, "interpolation_errors", trial)
 
@@ -89,6 +90,26 @@ class TestLaw:
         )
         assert refined.placement.grid.alpha_deg == (35.0, 45.0)
         assert not refined.placement.reached
+
+
+def test_classifier_is_asked_in_the_worst_cell_between_two_angles(monkeypatch):
+    asked = []
+
+    def trial(config, place, condition, nodes, names):
+        asked.append((place, tuple(names)))
+        distances = {name: np.array(METRICS[name].least) for name in names}
+        if "ks" in names:
+            distances["ks"] = config.accuracy.ks * 1e-3 * np.array([condition[1]])
+        return distances
+
+    monkeypatch.setattr(REFINE, "interpolation_errors", trial)
+    config = open_config(components=4, alpha_nodes_deg=(35.0, 40.0, 45.0))
+    grid = refine_grid(config, TaskRunner()).placement.grid
+    classified = [place for place, names in asked if "auc" in names]
+    assert {names for place, names in asked if place not in classified} == {CHEAP}
+    fastest = grid.speed[-2:]
+    assert len(grid.speed) > 2
+    assert sorted({*classified}) == [((35.0, 40.0), fastest), ((40.0, 45.0), fastest)]
 
 
 class TestSimulated:
