@@ -156,7 +156,7 @@ def refine_grid(plan: Plan, cache: NodeCache) -> RefinedGrid:
 def _classified(grid: Grid, errors: Mapping[Place, float]) -> list[Place]:
     """Choose the cells in which all metrics are measured, after the cheap ones.
 
-    The classifier takes ten times as long as the cheap metrics. So it is asked where they hold, in
+    The classifier takes 25 times as long as the cheap metrics. So it is asked where they hold, in
     the worst cell between each two angles: the joint law changes little from speed to speed.
     """
     cells = dict[Interval, Place]()
