@@ -11,8 +11,9 @@ from tablegen.tables.refine import NodeCache
 
 #: A node with the mixture that is chosen in the end: the least and the most.
 _NODE = (1.0, 3.0)
-#: A trial: draws in the middle of an edge or of a cell of the grid, compared with simulation.
-_TRIAL = 5.0
+#: A trial: draws in the middle of an edge or of a cell of the grid, compared with simulation by all
+#: metrics, and by the cheap ones alone.
+_TRIAL, _CHEAP_TRIAL = 5.0, 0.5
 #: The fit of a leaf without experts, conditions included, and the simulation of chains of hits;
 #: both for as many rebounds as a node has particles.
 _LEAF, _CHAIN = 3.6, 1.5
@@ -71,7 +72,9 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, spent: float) -> Cos
     ends = []
     for k, nodes in enumerate((plan.first, plan.most)):
         work = math.prod(nodes) * _NODE[k if len(plan.sizes) > 1 else 0]
-        work += _ROUNDS[k] * _trials(*nodes) * _TRIAL if plan.first != plan.most else 0.0
+        if plan.first != plan.most:
+            trials = _CHEAP_TRIAL * _trials(*nodes) + _TRIAL * (nodes[0] - 1)
+            work += _ROUNDS[k] * trials
         work += _PROBES[k] * (1.0 + _TRIAL) if len(plan.sizes) > 1 else 0.0
         work += _LEAF * leaf_rebounds / (size.samples * (1.0 + size.components / _COMPONENTS))
         if conditions > 0:
