@@ -60,7 +60,9 @@ def interrupted(tmp_path_factory):
         run.send_signal(signal.SIGINT)
         _, messages = run.communicate(timeout=60)
     assert run.returncode == INTERRUPTED
-    assert messages.endswith(f"--resume continues from {folder}/t.h5.parts\n")
+    assert messages.endswith(
+        f"to continue from {folder}/t.h5.parts, give the same command with --resume\n"
+    )
     return folder
 
 
