@@ -28,7 +28,6 @@ from sampler.arguments import (
 from sampler.covered import make_covered
 from sampler.errors import InputError, TableError
 from sampler.files import find_table
-from sampler.formats.bounds import SINGLE_ROUNDING
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.image import header_of, table_image
 from sampler.law import Reduction, reduced_draws
@@ -267,12 +266,12 @@ class Table:
             and out.flags.c_contiguous
             and not any(np.may_share_memory(out, values) for values in call.rows.arrays.values())
         ):
-            states, report = out, self._drawn(call, None, count)
+            states, report = out, library.sample(self._table, call.rows, None, count)
             self._codes.refuse(call, report)  # before anything is written
         else:
             states = np.empty((*call.shape, len(self.columns)))
         rows = states.reshape(call.rows.n, len(self.columns))
-        report = self._drawn(call, rows, count, report, after)
+        report = library.sample(self._table, call.rows, rows, count, report, after)
         self._codes.refuse(call, report)
         if out is not None and out is not states:
             out[...] = states
@@ -363,7 +362,6 @@ class Table:
             results["works"] = np.empty((n, 2))
         count = as_threads(threads)
         report = library.rebound(self._table, call.rows, results, count, isotropic)
-        report = self._with_misfits(call, report)
         if codes is None:
             self._codes.refuse(call, report)
         else:
@@ -550,40 +548,10 @@ class Table:
         self._codes.count(call, report, 4)
         return reduced_draws(self._table, call, len(self.columns), reduce)
 
-    def _drawn(
-        self,
-        call: Call,
-        states: NDArray[np.float64] | None,
-        threads: int | None,
-        report: Report | None = None,
-        inertia: NDArray[np.float64] | None = None,
-    ) -> Report:
-        """Draw states and inertias, or find the codes alone."""
-        drawn = library.sample(self._table, call.rows, states, threads, report, inertia)
-        return drawn if report else self._with_misfits(call, drawn)
-
-    def _with_misfits(self, call: Call, report: Report) -> Report:
-        """Give codes with those of given grains that were not simulated, which C does not know."""
-        given = call.rows.arrays.get("grain")
-        if given is None:
-            return report
-        ratios, kinds = self._small["spin/ratio_range"], self._small["spin/shape_codes"]
-        low, high = (
-            ratios[..., 0] * (1.0 - SINGLE_ROUNDING),
-            ratios[..., 1] * (1.0 + SINGLE_ROUNDING),
-        )
-        inside = (given[:, None, 1:] >= low) & (given[:, None, 1:] <= high)
-        misfit = ~((given[:, :1] == kinds) & inside.all(axis=2)).any(axis=1)
-        if not misfit.any():
-            return report
-        codes = np.zeros(call.rows.n, np.intc) if report.codes is None else report.codes
-        codes[(codes >= errors.OK) & misfit] = errors.GRAIN_NOT_KNOWN
-        return Report.from_codes(codes)
-
 
 def _kept_beside(contents: TableContents) -> dict[str, NDArray[Any]]:
-    """Pick the datasets that a loaded table keeps: axes, measured accuracy, simulated grains."""
-    kept = ("axes/", "accuracy/", "spin_accuracy/", "spin/shape_codes", "spin/ratio_range")
+    """Pick the datasets that a loaded table keeps: axes and measured accuracy."""
+    kept = ("axes/", "accuracy/", "spin_accuracy/")
     return {path: contents[path] for path in contents.datasets if path.startswith(kept)}
 
 

@@ -96,9 +96,16 @@ def test_the_largest_spin(strict):
 
 def test_ratios_and_shapes(strict):
     spin = (0.0, 0.0, 1.0)
-    assert draw(strict, 0.7, 60.0, spin=spin, grain=(0.0, 1.0 + WITHIN, 1e-3 * (1.0 - WITHIN))) == 0
-    assert draw(strict, 0.7, 60.0, spin=spin, grain=(0.0, 1.0 + BEYOND, 0.8)) == GRAIN_NOT_KNOWN
     (b_least, b_most), (c_least, c_most) = strict.contents["spin/ratio_range"][0]
+    rounded = (0.0, b_most * (1.0 + WITHIN), c_least * (1.0 - WITHIN))
+    assert draw(strict, 0.7, 60.0, spin=spin, grain=rounded) == 0
+    for b, c in (
+        (b_least * (1.0 - BEYOND), c_most),
+        (b_most * (1.0 + BEYOND), c_most),
+        (b_most, c_least * (1.0 - BEYOND)),
+        (b_most, c_most * (1.0 + BEYOND)),
+    ):
+        assert draw(strict, 0.7, 60.0, spin=spin, grain=(0.0, b, c)) == GRAIN_NOT_KNOWN
     given = {"spin": spin, **KEYS}
     for b, c in ((b_least, c_most), (b_most, c_least)):
         strict.sample(0.7, 60.0, grain=np.float32([0.0, b, c]), **given)

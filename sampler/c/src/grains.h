@@ -100,13 +100,15 @@ RBTI_INLINE RBT_DEVICE int32_t rbti_row_of_shape(const rbt_spin_law *law, double
     return row;
 }
 
-/* Whether a grain has a shape of the law, and ratios in range. */
+/* Whether a grain has a shape of the law, and ratios between those that were simulated. */
 RBTI_INLINE RBT_DEVICE int rbti_grain_is_known(const rbt_spin_law *law, const double grain[3])
 {
-    const int finite = rbti_finite(grain[1]) && rbti_finite(grain[2]);
-    const int outside = rbti_is_outside(grain[1], RBTI_LEAST_RATIO, 1.0) |
-                        rbti_is_outside(grain[2], RBTI_LEAST_RATIO, 1.0);
-    return finite && !outside && rbti_row_of_shape(law, grain[0]) < law->n_shapes;
+    const int32_t row = rbti_row_of_shape(law, grain[0]);
+    if (row == law->n_shapes || !rbti_finite(grain[1]) || !rbti_finite(grain[2]))
+        return 0;
+    const double *range = law->ratio_range + 4 * row;
+    return !(rbti_is_outside(grain[1], range[0], range[1]) |
+             rbti_is_outside(grain[2], range[2], range[3]));
 }
 
 /* Take the grains that the caller prescribes. A block that is not full repeats its last grain. */

@@ -482,7 +482,7 @@ typedef struct rbt_spin_law {
     double speed_scale, speed_exponent; /* Of the coordinate of the speed, in units of speed_last. */
     double aspect[8]; /* Laws of b/a and c/b: mean, deviation, lowest and highest probability. */
     const int32_t *shape_codes;
-    const double *shape_shares, *shape_ratios, *shape_inertia, *kappa_quantiles;
+    const double *shape_shares, *shape_ratios, *ratio_range, *shape_inertia, *kappa_quantiles;
     const int32_t *roots;
     const int8_t *node_axis;
     const double *node_cut;
