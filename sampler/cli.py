@@ -211,7 +211,7 @@ def _catalogue_text(known: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> str
     lines = {
         "tables": {
             name: ", ".join(
-                [table["covers"], " ".join(table["variables"]), f"{table['bytes'] / 1e6:.1f} MB"]
+                [table["covers"], " ".join(table["variables"]), f"{table['bytes'] / 1e6:.2g} MB"]
             )
             for name, table in known["tables"].items()
         },

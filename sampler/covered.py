@@ -41,8 +41,9 @@ class Covered(NamedTuple):
 
 
 def ends_text(ends: Ends) -> str:
-    """Write the ends of a range."""
-    return f"{ends[0]:g} to {ends[1]:g}"
+    """Write the ends of a range as text; a range of one value is that value."""
+    low, high = ends
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
 def make_covered(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from sampler import options
+from sampler.covered import ends_text
 from sampler.errors import InputError
 from sampler.files import json_text
 from sampler.options import DONE
@@ -123,7 +124,7 @@ def identity_text(contents: "TableContents") -> str:
     declared, law = facts["declared"], facts["spin"]
     covers = facts["covers"]
     if facts["valid_speed"] is not None:
-        covers += "; laws measured at {:g} to {:g} m/s".format(*facts["valid_speed"])
+        covers += f"; laws measured at {ends_text(facts['valid_speed'])} m/s"
     spin, measured = "none; particles must arrive without spin", "nothing"
     if law is not None:
         shapes, leaves = len(law["shapes"]), law["leaves"]

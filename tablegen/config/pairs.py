@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, field_validator, model_validator
 
+from sampler.covered import ends_text
 from sampler.errors import InputError
 from sampler.formats import bounds
 from tablegen.config.complaints import refusal, shown
@@ -338,7 +339,7 @@ class MaterialPair(Record):
         if valid[0] <= speed <= valid[1]:
             return None
         return (
-            f"the restitution law was measured at {valid[0]:g} to {valid[1]:g} m/s; "
+            f"the restitution law was measured at {ends_text(valid)} m/s; "
             f"{speed:g} m/s extrapolates it"
         )
 
