@@ -29,21 +29,22 @@ html_copy_source = html_show_copyright = html_use_index = html_domain_indices = 
 html_static_path = html_css_files = ["site.css"]
 
 
-def _examples_as_code(app: Sphinx, context: click.Context, lines: list[str]) -> None:
-    """Show the examples at the end of a command's help as a block of code."""
-    first = next((i for i, line in enumerate(lines) if "Examples:" in line), None)
-    if first is None:
-        return
-    for i, line in enumerate(lines):
-        # sphinx-click begins each line of a text that keeps its line breaks so
-        lines[i] = line.removeprefix("| ").rstrip()
-    end = next((i for i, line in enumerate(lines) if i > first and not line), len(lines))
+def _indented_lines_as_code(app: Sphinx, context: click.Context, lines: list[str]) -> None:
+    """Show the indented lines at the end of a command's help as blocks of code."""
     # commands that both programs have leave the name of the program open
     program = context.command_path.split()[0]
-    code = [f"   {line.strip().replace('PROGRAM', program)}" for line in lines[first + 1 : end]]
-    lines[first:end] = ["Examples:", "", ".. code-block:: console", "", *code, ""]
+    shown: list[str] = []
+    in_code = False
+    for line in lines:
+        # sphinx-click begins each line of a text that keeps its line breaks with a bar
+        text = line.removeprefix("| ").rstrip().replace("PROGRAM", program)
+        if text.startswith("  ") != in_code:
+            in_code = not in_code
+            shown += ["", ".. code-block:: text", ""] if in_code else [""]
+        shown.append(f"   {text}" if in_code else text)
+    lines[:] = [*shown, ""]
 
 
 def setup(app: Sphinx) -> None:
     """Connect the handler above."""
-    app.connect("sphinx-click-process-epilog", _examples_as_code)
+    app.connect("sphinx-click-process-epilog", _indented_lines_as_code)
