@@ -181,7 +181,7 @@ class InputError(ValueError):
         line = ": ".join(part for part in (self.source, self.argument, text) if part)
         line = "; ".join([line, *map(str, self.further)])
         # one line, whatever a name or a value holds
-        return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+        return printable(line)
 
     def _place(self) -> str:
         """Name the row, and the particle where it is known."""
@@ -234,6 +234,11 @@ class OutsideTableWarning(UserWarning):
             f"{self.first}; {self.number} rows of this call were {what}; table.counts goes on "
             "counting, without further warnings"
         )
+
+
+def printable(text: str) -> str:
+    """Write line ends, and characters that a terminal obeys, as Python writes them in a string."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def shortened(text: str) -> str:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from sampler.errors import InputError
+from sampler.errors import InputError, printable
 from sampler.files import available, check_output
 
 #: Exit statuses: all is well, an accuracy was missed, bad input, any other failure, Ctrl-C. The 1
@@ -120,7 +120,7 @@ def _one_line(text: str) -> str:
     line = " ".join(text.split())
     if len(line) > _LONGEST_LINE:
         line = f"{line[:_LONGEST_LINE]} ..."
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
+    return printable(line)
 
 
 def note(program: str, line: str) -> None:

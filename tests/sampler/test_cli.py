@@ -47,7 +47,7 @@ both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
         # a defect keeps its traceback, and is no missed accuracy
         (RuntimeError("odd"), FAILED, "error: "),
         # lines are short and obey no terminal
-        (InputError(HOSTILE), BAD_INPUT, r"error: x: '\x1b[2J\x07a b"),
+        (InputError(HOSTILE), BAD_INPUT, r"error: x: '\x1b[2J\x07a\x85b"),
     ],
 )
 def test_how_a_program_ends(capsys, error, status, line):
