@@ -119,7 +119,7 @@ def test_a_page_shows_what_its_programs_print(page, folder):
 
 def test_choosing_a_table(folder):
     ((block, _),) = blocks_of("EMBEDDING.md")
-    assert "measured          at 12 conditions" in run_shell(block.text, folder)
+    assert "at 12 conditions between nodes" in run_shell(block.text, folder)
     assert (
         0 < (folder / "plane.rbt").stat().st_size < (folder / "corundum-steel.rbt").stat().st_size
     )
