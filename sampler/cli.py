@@ -46,16 +46,7 @@ times a/V; and columns, their names. Read the states with numpy.load("a.npz")["s
     + _READING,
 )
 @options.table
-@click.option(
-    "--alpha",
-    required=True,
-    type=options.ANGLE,
-    metavar="DEG",
-    help="Impact angle from the wall, degrees.",
-)
-@click.option(
-    "--speed", required=True, type=options.POSITIVE, metavar="M_S", help="Impact speed V, m/s."
-)
+@options.impact(options.ANGLE, options.POSITIVE)
 @click.option(
     "--count", required=True, type=options.COUNT, metavar="N", help="Number of states to draw."
 )

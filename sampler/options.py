@@ -253,6 +253,22 @@ html_file = click.option(
     "--html", "html_file", type=OUTPUT, metavar="F", help="Write the results to this HTML page."
 )
 
+
+def impact(angle: Number, speed: Number) -> Callable[[Decorated], Decorated]:
+    """Add ``alpha`` and ``speed`` to a command: the impact, which must be given."""
+    add_alpha = click.option(
+        "--alpha",
+        required=True,
+        type=angle,
+        metavar="DEG",
+        help="Impact angle from the wall, degrees.",
+    )
+    add_speed = click.option(
+        "--speed", required=True, type=speed, metavar="M_S", help="Impact speed V, m/s."
+    )
+    return lambda command: add_alpha(add_speed(command))
+
+
 #: Adds ``threads``: how many work, if not one a processor.
 threads = click.option(
     "--threads", type=THREADS, help="Number of threads; by default one for each processor."

@@ -14,7 +14,7 @@ from collections import namedtuple
 import matplotlib.pyplot as plt
 import numpy as np
 from cylinders import spin_after
-from example_arguments import Parser, length, output_file, table_with_spin, whole_number
+from example_arguments import Parser, length
 from tqdm import tqdm
 from wall_laws import LOOKS, model_laws
 
@@ -176,24 +176,12 @@ def print_wall(walls):
 def main(arguments=None):
     """Run the bend with each model, and print and draw what hits its outer wall."""
     parser = Parser(__file__, __doc__)
+    parser.add_table("--table", "corundum-steel")
     parser.add_argument(
-        "--table",
-        type=table_with_spin,
-        default="corundum-steel",
-        metavar="TABLE",
-        help="name, or path of a .h5 file",
+        "--diameter", type=length, default=30e-6, metavar="M", help="diameter of the particles, m"
     )
-    parser.add_argument(
-        "--diameter", type=length, default=30e-6, metavar="M", help="of the particles, m"
-    )
-    parser.add_argument(
-        "--count",
-        type=whole_number(GROUPS),
-        default=10_000,
-        metavar="N",
-        help="number of particles under each model",
-    )
-    parser.add_argument("--figure", type=output_file, metavar="F.png", help="picture to write")
+    parser.add_number("--count", 10_000, "number of particles under each model", least=GROUPS)
+    parser.add_figure()
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     models = model_laws(args.table, tablegen.parse_config(args.table.config, "--table"))

@@ -38,7 +38,7 @@ from typing import NamedTuple
 import matplotlib.pyplot as plt
 import numba
 import numpy as np
-from example_arguments import Parser, output_file, table_with_spin, whole_number
+from example_arguments import Parser, output_file
 from tqdm import tqdm
 from wall_laws import LOOKS
 from wear import oka
@@ -484,33 +484,21 @@ def draw(results):
 def main(arguments=None):
     """Follow the grains under each law; print, draw and write what becomes of them."""
     parser = Parser(__file__, __doc__)
+    parser.add_table("--table", "corundum-steel")
+    parser.add_table("--compact", "corundum-steel-compact", description="another table")
+    parser.add_number("--grains", 10_000, "number of grains under each law")
+    parser.add_seed()
     parser.add_argument(
-        "--table",
-        type=table_with_spin,
-        default="corundum-steel",
-        metavar="TABLE",
-        help="name, or path of a .h5 file",
+        "--laws",
+        nargs="+",
+        choices=tuple(LOOKS)[:4],
+        metavar="LAW",
+        help="wall laws to follow; by default all",
     )
+    parser.add_figure("--picture")
     parser.add_argument(
-        "--compact",
-        type=table_with_spin,
-        default="corundum-steel-compact",
-        metavar="TABLE",
-        help="another table",
+        "--json", type=output_file, metavar="F.json", help="file to write every number to"
     )
-    parser.add_argument(
-        "--grains",
-        type=whole_number(1),
-        default=10_000,
-        metavar="N",
-        help="number of grains under each law",
-    )
-    parser.add_argument(
-        "--seed", type=whole_number(0), default=1, metavar="N", help="of the random numbers"
-    )
-    parser.add_argument("--laws", nargs="+", choices=tuple(LOOKS)[:4], metavar="LAW")
-    parser.add_argument("--picture", type=output_file, metavar="F.png")
-    parser.add_argument("--json", type=output_file, metavar="F.json", help="for every number")
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     model = tablegen.DirectModel(tablegen.parse_config(args.table.config, "--table"))

@@ -1,8 +1,8 @@
 """Command lines of the examples: types of arguments, and mistakes that end with one line.
 
 parser = Parser(__file__, __doc__)
-parser.add_argument("--grains", type=whole_number(1), default=10_000)
-parser.add_argument("--table", type=table_with_spin, default="corundum-steel")
+parser.add_table("--table", "corundum-steel")
+parser.add_number("--grains", 10_000, "number of grains under each law")
 args = parser.parse_args()  # args.grains is an int, args.table a `sampler.Table`
 """
 
@@ -13,19 +13,6 @@ from pathlib import Path
 
 import sampler
 import tablegen
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line on standard error, with the exit status 2."""
-
-    def __init__(self, path, docstring):
-        """Name the program after its file, and describe it by the first line of its docstring."""
-        super().__init__(prog=Path(path).name, description=docstring.splitlines()[0])
-
-    def error(self, message):
-        """End the program."""
-        print(f"{self.prog}: {message}", file=sys.stderr)
-        sys.exit(2)
 
 
 def refuse(text, allowed):
@@ -95,3 +82,35 @@ def folder(text):
     if not Path(text).is_dir():
         refuse(text, "a folder that exists")
     return Path(text)
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line on standard error, with the exit status 2."""
+
+    def __init__(self, path, docstring):
+        """Name the program after its file, and describe it by the first line of its docstring."""
+        super().__init__(prog=Path(path).name, description=docstring.splitlines()[0])
+
+    def error(self, message):
+        """End the program."""
+        print(f"{self.prog}: {message}", file=sys.stderr)
+        sys.exit(2)
+
+    def add_table(
+        self, flag, default, parse=table_with_spin, description="name, or path of a .h5 file"
+    ):
+        """Add an argument that names a table; by default it must have a spin law."""
+        self.add_argument(flag, type=parse, default=default, metavar="TABLE", help=description)
+
+    def add_number(self, flag, default, description, least=1):
+        """Add an argument that is a whole number, as of grains."""
+        parse = whole_number(least)
+        self.add_argument(flag, type=parse, default=default, metavar="N", help=description)
+
+    def add_seed(self):
+        """Add the argument --seed."""
+        self.add_number("--seed", 1, "seed of the random numbers", least=0)
+
+    def add_figure(self, flag="--figure"):
+        """Add an argument that names the picture to write."""
+        self.add_argument(flag, type=output_file, metavar="F.png", help="picture to write")

@@ -10,7 +10,7 @@ translation that a hit keeps: of draws from a table, and of direct simulation.
 
 import matplotlib.pyplot as plt
 import numpy as np
-from example_arguments import Parser, output_file, table_with_spin, whole_number
+from example_arguments import Parser
 
 import sampler
 import tablegen
@@ -83,21 +83,9 @@ def draw(figure, inertias, table, direct):
 def main(arguments=None):
     """Sample both laws at inertias between the moments of the grain; print and draw."""
     parser = Parser(__file__, __doc__)
-    parser.add_argument(
-        "--table",
-        type=table_with_spin,
-        default="corundum-steel",
-        metavar="TABLE",
-        help="name, or path of a .h5 file",
-    )
-    parser.add_argument(
-        "--count",
-        type=whole_number(2),
-        default=40_000,
-        metavar="N",
-        help="number of rebounds at each inertia",
-    )
-    parser.add_argument("--figure", type=output_file, metavar="F.png", help="picture to write")
+    parser.add_table("--table", "corundum-steel")
+    parser.add_number("--count", 40_000, "number of rebounds at each inertia", least=2)
+    parser.add_figure()
     args = parser.parse_args(arguments)
     model = tablegen.DirectModel(tablegen.load_config("corundum-steel"))
     inertias = np.linspace(*moments()[[0, 2]], POINTS)

@@ -18,7 +18,7 @@ because a table of each law would take longer to make.
 import cyclone
 import cylinders
 import numpy as np
-from example_arguments import Parser, pair, whole_number
+from example_arguments import Parser, pair
 from tqdm import tqdm
 from wall_laws import direct_law, print_results
 
@@ -104,20 +104,14 @@ FLOWS = {
 def main(arguments=None):
     """Follow the grains under each law; print where they go."""
     parser = Parser(__file__, __doc__)
-    parser.add_argument("--flow", choices=tuple(FLOWS), default="cylinders")
+    parser.add_argument(
+        "--flow", choices=tuple(FLOWS), default="cylinders", help="flow that the grains follow"
+    )
     parser.add_argument(
         "--pairs", type=pair, nargs="+", metavar="PAIR", help="compare pairs, not laws"
     )
-    parser.add_argument(
-        "--grains",
-        type=whole_number(1),
-        default=50_000,
-        metavar="N",
-        help="number of grains under each law",
-    )
-    parser.add_argument(
-        "--seed", type=whole_number(0), default=1, metavar="N", help="of the random numbers"
-    )
+    parser.add_number("--grains", 50_000, "number of grains under each law")
+    parser.add_seed()
     args = parser.parse_args(arguments)
     if args.pairs:
         configurations = dict(args.pairs)

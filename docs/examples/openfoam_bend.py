@@ -11,7 +11,7 @@ to FOLDER/bend. `bend.py` is the same bend in Python, plane, in a gas that is kn
 import matplotlib.pyplot as plt
 import numpy as np
 from bend import GROUPS, INNER, OUTER, SPEED, TURN, Impacts, by_place, draw_wall, print_wall
-from example_arguments import Parser, folder, output_file
+from example_arguments import Parser, folder
 from matplotlib.colors import LogNorm
 
 MODELS, WALLS = ("sphere", "table without spin", "table"), ("outer", "inner", "sides")
@@ -74,7 +74,7 @@ def main(arguments=None):
     """Print what hits each wall, and draw the outer one."""
     parser = Parser(__file__, __doc__)
     parser.add_argument("folder", type=folder, help="working folder of sampler/openfoam/bend.sh")
-    parser.add_argument("--figure", type=output_file, metavar="F.png", help="picture to write")
+    parser.add_figure()
     args = parser.parse_args(arguments)
     edges = TURN / 12 * np.arange(23)
     across, outer = (np.linspace(-0.05, 0.45, 101), np.linspace(0.0, OUTER - INNER, 21)), {}

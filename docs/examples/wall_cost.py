@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numba
 import numpy as np
 from cylinders import figures_of, follow_each
-from example_arguments import Parser, output_file, whole_number
+from example_arguments import Parser
 from wall_laws import LOOKS, MEANS, direct_law, grains_of, mean_law, model_laws, table_law
 
 import sampler
@@ -64,14 +64,8 @@ def distance(result, direct):
 def main(arguments=None):
     """Follow the grains under each law; print and draw errors and what the walls cost."""
     parser = Parser(__file__, __doc__)
-    parser.add_argument(
-        "--grains",
-        type=whole_number(1),
-        default=50_000,
-        metavar="N",
-        help="number of grains under each law",
-    )
-    parser.add_argument("--figure", type=output_file, metavar="F.png", help="picture to write")
+    parser.add_number("--grains", 50_000, "number of grains under each law")
+    parser.add_figure()
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     table, config = sampler.load("corundum-steel"), tablegen.load_config("corundum-steel")

@@ -15,7 +15,7 @@ import warnings
 import matplotlib.pyplot as plt
 import numpy as np
 from cylinders import AHEAD, CELL, COLUMNS, ENERGY, PITCH, RADIUS, SPEED, figures_of, follow_each
-from example_arguments import Parser, folder, length, table_with_spin, whole_number
+from example_arguments import Parser, folder, length
 from matplotlib.colors import LogNorm
 
 import sampler
@@ -166,20 +166,8 @@ def draw_hits(results, count):
 def main(arguments=None):
     """Follow the grains under each law; print and draw where they go."""
     parser = Parser(__file__, __doc__)
-    parser.add_argument(
-        "--table",
-        type=table_with_spin,
-        default="corundum-steel",
-        metavar="TABLE",
-        help="name, or path of a .h5 file",
-    )
-    parser.add_argument(
-        "--grains",
-        type=whole_number(1),
-        default=20_000,
-        metavar="N",
-        help="number of grains under each law",
-    )
+    parser.add_table("--table", "corundum-steel")
+    parser.add_number("--grains", 20_000, "number of grains under each law")
     parser.add_argument(
         "--sizes",
         type=length,
@@ -188,10 +176,10 @@ def main(arguments=None):
         metavar="UM",
         help="limits of the classes of diameters, micrometres",
     )
+    parser.add_seed()
     parser.add_argument(
-        "--seed", type=whole_number(0), default=1, metavar="N", help="of the random numbers"
+        "--output", type=folder, metavar="FOLDER", help="folder to write two pictures to"
     )
-    parser.add_argument("--output", type=folder, metavar="FOLDER", help="for two pictures")
     args = parser.parse_args(arguments)
     if len(args.sizes) < 2 or sorted(set(args.sizes)) != args.sizes:
         parser.error("argument --sizes: allowed: two or more diameters that grow")

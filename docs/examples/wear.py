@@ -13,7 +13,7 @@ import warnings
 import bend
 import matplotlib.pyplot as plt
 import numpy as np
-from example_arguments import Parser, length, output_file, table_with_works, whole_number
+from example_arguments import Parser, length, table_with_works
 
 import sampler
 
@@ -81,24 +81,17 @@ def draw(figure, panels, edges):
 def main(arguments=None):
     """Follow particles through the bend; print and draw what its outer wall loses."""
     parser = Parser(__file__, __doc__)
-    parser.add_argument(
+    parser.add_table(
         "--table",
-        type=table_with_works,
-        default="corundum-steel-wear",
-        metavar="TABLE",
-        help="name or path of a table with works and a spin law",
+        "corundum-steel-wear",
+        table_with_works,
+        "name or path of a table with works and a spin law",
     )
     parser.add_argument(
-        "--diameter", type=length, default=30e-6, metavar="M", help="of the particles, m"
+        "--diameter", type=length, default=30e-6, metavar="M", help="diameter of the particles, m"
     )
-    parser.add_argument(
-        "--count",
-        type=whole_number(bend.GROUPS),
-        default=20_000,
-        metavar="N",
-        help="number of particles",
-    )
-    parser.add_argument("--figure", type=output_file, metavar="F.png", help="picture to write")
+    parser.add_number("--count", 20_000, "number of particles", least=bend.GROUPS)
+    parser.add_figure()
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     works = []

@@ -61,16 +61,7 @@ The array columns has the names of the columns of state."""
     metavar="MESH",
     help="STL, OBJ or PLY file whose convex hull is the particle, instead of --shape.",
 )
-@click.option(
-    "--alpha",
-    required=True,
-    type=shared.ANGLE,
-    metavar="DEG",
-    help="Impact angle from the wall, degrees.",
-)
-@click.option(
-    "--speed", required=True, type=shared.SPEED, metavar="M_S", help="Impact speed V, m/s."
-)
+@options.impact(shared.ANGLE, shared.SPEED)
 @click.option(
     "--count", required=True, type=options.COUNT, metavar="N", help="Number of particles."
 )
