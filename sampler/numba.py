@@ -294,8 +294,23 @@ def rebound(
     int
         As `sample`, with the flags of any bounce from a rough wall.
     """
-    how = wall_velocity, omega, inertia, roughness, grain, index, hit, fresh, isotropic, seed
-    result = _rebound(handle, velocity, normal, half_size, *how, out)
+    result = _rebound(
+        handle,
+        velocity,
+        normal,
+        half_size,
+        wall_velocity,
+        omega,
+        inertia,
+        roughness,
+        grain,
+        index,
+        hit,
+        fresh,
+        isotropic,
+        seed,
+        out,
+    )
     _check_keys(seed, index, hit)
     numbers = result[1:]
     if out.size not in (7, 9):

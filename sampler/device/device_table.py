@@ -154,10 +154,10 @@ class DeviceTable:
     def _as_argument(self) -> Any:
         """Make the table that kernels take by value, on the device from the image."""
         with self._device:
-            made = self._cupy.zeros(_MOST_BYTES, np.uint8)
-            arguments = self._image, np.uint64(self._image.size), made
+            record = self._cupy.zeros(_MOST_BYTES, np.uint8)
+            arguments = self._image, np.uint64(self._image.size), record
             self._module.get_function("rbt_table_kernel")((1,), (1,), arguments)
-            bytes_ = self._cupy.asnumpy(made)
+            bytes_ = self._cupy.asnumpy(record)
         return bytes_[8 : 8 + int(bytes_[:8].view(np.uint64)[0])].copy()
 
     def _call(

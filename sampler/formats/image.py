@@ -146,12 +146,12 @@ def _header(contents: TableContents) -> Any:
     header["content_sha256"] = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
     header["valid_speed"] = contents.valid_speed or (0.0, ANY_SPEED[1])
     header["least_inertia"] = contents.least_inertia
-    spheres, channels, held = contents.of_spheres, contents.channels, contents.marginals
+    spheres, channels, stored = contents.of_spheres, contents.channels, contents.marginals
     header["flags"] = SPEED_INDEPENDENT * contents.speed_independent + SPHERES * spheres
     header["n_columns"] = len(contents.variables)
     header["columns"] = _padded([VARIABLES.index(name) for name in contents.variables])
     header["channels"] = _padded([] if spheres else [CHANNELS.index(name) for name in channels])
-    numbers = [held.index(name) if name in held else -1 for name in channels]
+    numbers = [stored.index(name) if name in stored else -1 for name in channels]
     header["marginals"] = _padded([] if spheres else numbers)
     fields = {"n_law_parameters": contents["sphere/laws"].size} if spheres else {}
     for axis in ("alpha", "speed"):
@@ -302,16 +302,22 @@ def _in_steps(
     return np.stack([least, step], axis=-1), steps
 
 
+def _drawn_shapes(contents: TableContents) -> NDArray[np.bool_]:
+    """Mark the shapes that grains of the population have."""
+    weights = contents["spin/shape_weights"]
+    return np.asarray(weights > 0.0)
+
+
 def _grain_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
     """Arrange the grains of the population: shapes of positive weight, and their fixed ratios."""
-    held = contents["spin/shape_weights"] > 0.0
-    codes, shares = contents["spin/shape_codes"][held], contents["spin/shape_weights"][held]
+    drawn = _drawn_shapes(contents)
+    codes, shares = contents["spin/shape_codes"][drawn], contents["spin/shape_weights"][drawn]
     own = (codes == SHAPE_CODES["sphere"]) | (codes >= FIRST_MESH)
     return {
         "shape_codes": codes,
         "shape_shares": np.cumsum(shares) / np.cumsum(shares)[-1],  # the last is exactly 1
-        "shape_ratios": np.where(own[:, None], contents["spin/ratio_range"][held, :, 0], 0.0),
-        "ratio_range": contents["spin/ratio_range"][held],
+        "shape_ratios": np.where(own[:, None], contents["spin/ratio_range"][drawn, :, 0], 0.0),
+        "ratio_range": contents["spin/ratio_range"][drawn],
     }
 
 
@@ -343,11 +349,11 @@ def _spin_fields(contents: TableContents) -> dict[str, Any]:
 def _spin_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
     """Arrange the arrays of the spin law; those by shape are of the shapes that grains have."""
     spans, quantiles = _pack_spin_quantiles(contents["spin/quantiles"])
-    held = contents["spin/shape_weights"] > 0.0
+    drawn = _drawn_shapes(contents)
     return {
-        "shape_inertia": contents["spin/shape_inertia"][held],
-        "kappa_quantiles": contents["spin/kappa_quantiles"][held],
-        "roots": contents["spin/roots"][held],
+        "shape_inertia": contents["spin/shape_inertia"][drawn],
+        "kappa_quantiles": contents["spin/kappa_quantiles"][drawn],
+        "roots": contents["spin/roots"][drawn],
         "node_axis": contents["spin/node_axis"],
         "node_cut": contents["spin/node_cut"],
         "node_child": contents["spin/node_child"],

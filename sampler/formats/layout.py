@@ -260,8 +260,8 @@ def layout_of(paths: Iterable[str]) -> tuple[Dataset, ...]:
         every = (*DATASETS, *SPIN_DATASETS)
         shared = (d for d in every if d.path in _SHARED.split() or d.path.startswith("accuracy/"))
         return (*shared, *SPHERE_DATASETS)
-    held = any(path.startswith((GROUP, ACCURACY)) for path in given)
-    return DATASETS + SPIN_DATASETS * held
+    has_spin = any(path.startswith((GROUP, ACCURACY)) for path in given)
+    return DATASETS + SPIN_DATASETS * has_spin
 
 
 class Attribute(NamedTuple):

@@ -83,7 +83,7 @@ def calibrate(
     For each population of grains, finds the smoothest laws that hold all measured means. Of the
     populations that hold them, takes the one whose spreads are nearest to the measured ones.
     Exit status 1 says that no grains hold the means. The comments of the new file say how it was
-    made.
+    calibration.
     """
     from tablegen.config.config import load_config
     from tablegen.measured.calibrate import calibrate as fit
@@ -91,15 +91,17 @@ def calibrate(
     from tablegen.measured.pictures import fit_picture
 
     pair = load_config(start) if start is not None else None
-    made = fit(measured, output, start=pair, **settings)
+    calibration = fit(measured, output, start=pair, **settings)
     if json_file is not None:
-        write_text(json_file, json_text(made.to_dict()))
+        write_text(json_file, json_text(calibration.to_dict()))
     if picture is not None:
-        write_bytes(picture, fit_picture(made, picture.name).data)
-    for line in fit_lines(made):
+        write_bytes(picture, fit_picture(calibration, picture.name).data)
+    for line in fit_lines(calibration):
         click.echo(line)
-    click.echo(f"{output}: the fitted pair {made.config.name}; {process_time():.0f} s of CPU time")
-    if made.missed:
+    click.echo(
+        f"{output}: the fitted pair {calibration.config.name}; {process_time():.0f} s of CPU time"
+    )
+    if calibration.missed:
         return MISSED
     table = output.with_suffix(".h5")
     click.echo(

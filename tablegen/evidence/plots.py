@@ -135,8 +135,7 @@ def map_picture(
             figure.subplots(2, 2).flat, declared.items(), strict=True
         ):
             cells = np.array([point.estimates[metric].value for point in atlas.points])
-            dots = stored.get(metric, np.empty((len(stored["speed"]), 0)))
-            dots = dots.reshape(len(dots), -1).max(axis=1, initial=METRICS[metric].least)
+            dots = _worst_of_variables(stored, metric)
             top = max(allowed, cells.max(), dots.max(initial=0.0))
             shades = {"cmap": _SHADES, "vmin": METRICS[metric].least, "vmax": top}
             roots = np.sqrt(atlas.alpha_deg)
@@ -161,6 +160,13 @@ def map_picture(
         )
 
 
+def _worst_of_variables(stored: Mapping[str, FloatArray], metric: str) -> FloatArray:
+    """Find the largest stored value of a metric at each condition, of all variables."""
+    values = stored.get(metric, np.empty((len(stored["speed"]), 0)))
+    worst: FloatArray = values.reshape(len(values), -1).max(axis=1, initial=METRICS[metric].least)
+    return worst
+
+
 def _one_speed_picture(
     atlas: AccuracyMap, stored: Mapping[str, FloatArray], declared: Mapping[str, float]
 ) -> Picture:
@@ -173,8 +179,7 @@ def _one_speed_picture(
             least = METRICS[metric].least
             here = [max(point.estimates[metric].value, least) for point in atlas.points]
             axes.plot(atlas.alpha_deg, here, "o-", color=LOOKS["table"][0], label="this run")
-            dots = stored.get(metric, np.empty((len(stored["speed"]), 0)))
-            dots = dots.reshape(len(dots), -1).max(axis=1, initial=least)
+            dots = _worst_of_variables(stored, metric)
             axes.plot(stored["alpha_deg"], dots, "^", color="#d55e00", label="stored in the table")
             axes.axhline(allowed, color="#777777", linestyle="--", label="declared")
             axes.set(xlabel=ANGLE_LABEL, ylabel=METRICS[metric].short, xticks=range(0, 91, 15))

@@ -47,7 +47,7 @@ _POINTS_PER_COMPONENT = 600
 #: sliding resistance leave nothing but rounding errors in some variables, without the dependence
 #: that these variables have at any other angle. At this angle they have it, and they differ by
 #: 2e-5 V.
-_STEEPEST = 89.999
+STEEPEST_DEG = 89.999
 
 #: Noise that separates equal numbers before they are ranked. Without it, rounding errors would
 #: order them, and the mixture would be fitted to this order.
@@ -154,7 +154,7 @@ def fit_node(
     """
     seed, stream = config.table.seed, node_stream(alpha_deg, speed)
     size = size or resolution(config)
-    alpha1 = np.radians(min(alpha_deg, _STEEPEST))
+    alpha1 = np.radians(min(alpha_deg, STEEPEST_DEG))
     simulation = simulate(config, alpha1, speed, size.samples, seed=seed, stream=stream, threads=1)
     rng, fitted = np.random.Generator(np.random.Philox(key=[seed, stream])), fitted_channels(config)
     channels = simulated_channels(simulation, fitted.names, rng)

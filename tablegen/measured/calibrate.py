@@ -114,11 +114,12 @@ def calibrate(
         if start is None and not chosen.holds:
             chosen = _bent(fitter, data, chosen, starts[chosen.grains], name)
             fits = [chosen if fit.grains == chosen.grains else fit for fit in fits]
-    made = Calibration(tuple(fits), chosen, _advice(data, chosen))
-    made = replace(made, chosen=replace(chosen, config=with_comments(made, data, seed)))
+    calibration = Calibration(tuple(fits), chosen, _advice(data, chosen))
+    config = with_comments(calibration, data, seed)
+    calibration = replace(calibration, chosen=replace(chosen, config=config))
     if path is not None:
-        write_text(path, made.config.text)
-    return made
+        write_text(path, calibration.config.text)
+    return calibration
 
 
 def _check_rows(
@@ -168,13 +169,15 @@ def _chosen(fits: Sequence[Fit]) -> Fit:
     Spheres follow means most easily, so smooth laws would always ask for round grains. If none
     holds the means, those that miss a row or two by little may be chosen by their spreads.
     """
-    held = [fit for fit in fits if fit.holds]
-    if not held:
+    holding = [fit for fit in fits if fit.holds]
+    if not holding:
         near = [fit for fit in fits if fit.missed_rows <= _FEW and fit.means[0].miss <= _NEAR]
         if near and near[0].spreads:
             return min(near, key=lambda fit: fit.spread_distance)
         return min(fits, key=lambda fit: fit.means[0].miss)
-    return min(held, key=lambda fit: fit.spread_distance) if held[0].spreads else held[0]
+    if holding[0].spreads:
+        return min(holding, key=lambda fit: fit.spread_distance)
+    return holding[0]
 
 
 def _bent(fitter: Fitter, data: Measurements, fit: Fit, start: Config, name: str) -> Fit:
@@ -195,11 +198,11 @@ def _advice(data: Measurements, chosen: Fit) -> str:
     missed = sorted((one for one in chosen.means if one.miss > 1.0), key=lambda one: one.row)
     places = list(dict.fromkeys(one.place for one in missed))
     rows = ", ".join(places[:_NAMED]) + f" and {len(places) - _NAMED} more" * (len(places) > _NAMED)
-    said = [f"{chosen.grains} grains are the best, but miss {rows}"] if missed else []
+    parts = [f"{chosen.grains} grains are the best, but miss {rows}"] if missed else []
     if data.doubt:
-        said.append(data.doubt)
+        parts.append(data.doubt)
     elif missed and np.isnan(data.speed).all() and len(set(data.alpha_deg)) < data.alpha_deg.size:
-        said.append("state the speeds of the rows: a law of speed may hold them")
+        parts.append("state the speeds of the rows: a law of speed may hold them")
     elif missed:
-        said.append("check these rows, or leave them out")
-    return "; ".join(said)
+        parts.append("check these rows, or leave them out")
+    return "; ".join(parts)

@@ -11,30 +11,31 @@ from tablegen.measured.result import Calibration, Fit
 from tablegen.presentation import table_lines
 
 
-def fit_lines(made: Calibration) -> Iterator[str]:
+def fit_lines(calibration: Calibration) -> Iterator[str]:
     """Write the verdicts, the table of all fits, and what the data leave open."""
-    yield _of_means(made)
-    if made.advice:
-        yield f"{'no grains hold the means' if made.missed else 'note'}: {made.advice}"
-    yield _of_spreads(made.chosen)
-    if len(made.fits) > 1:
-        yield from _table(made)
-    yield _of_numbers(made.chosen)
+    yield _means_text(calibration)
+    if calibration.advice:
+        about = "no grains hold the means" if calibration.missed else "note"
+        yield f"{about}: {calibration.advice}"
+    yield _spreads_text(calibration.chosen)
+    if len(calibration.fits) > 1:
+        yield from _table(calibration)
+    yield _numbers_text(calibration.chosen)
 
 
-def _of_means(made: Calibration) -> str:
+def _means_text(calibration: Calibration) -> str:
     """Say how far the worst mean is off."""
-    fit, worst = made.chosen, made.chosen.means[0]
+    fit, worst = calibration.chosen, calibration.chosen.means[0]
     digits = 3 if fit.holds else 4  # +0.0204 is beyond 0.02
     missed = sum(one.miss > 1.0 for one in fit.means)
-    said = f"all {len(fit.means)} held" if fit.holds else f"{missed} of {len(fit.means)} missed"
+    result = f"all {len(fit.means)} held" if fit.holds else f"{missed} of {len(fit.means)} missed"
     return (
-        f"means: {said} by {fit.grains} grains; worst {worst.column} "
+        f"means: {result} by {fit.grains} grains; worst {worst.column} "
         f"{worst.residual:+.{digits}f} at {worst.place} ({worst.tolerance:.3g} allowed)"
     )
 
 
-def _of_spreads(fit: Fit) -> str:
+def _spreads_text(fit: Fit) -> str:
     """Say how the spreads compare; they are followed by nothing."""
     if not fit.spreads:
         return "spreads: none measured; they would choose the grains (--grains NAME takes others)"
@@ -46,10 +47,10 @@ def _of_spreads(fit: Fit) -> str:
     )
 
 
-def _table(made: Calibration) -> Iterator[str]:
+def _table(calibration: Calibration) -> Iterator[str]:
     """Write one row for each population."""
-    rows, reasons = [], ["", *(_why(made, fit) for fit in made.fits)]
-    for fit in made.fits:
+    rows, reasons = [], ["", *(_why(calibration, fit) for fit in calibration.fits)]
+    for fit in calibration.fits:
         ratio = [one.simulated / one.measured for one in fit.spreads]
         spread = f"{math.exp(np.mean(np.log(ratio))):.2f}" if ratio else "-"
         rows.append((fit.grains, f"{fit.means[0].miss:.2f}", spread))
@@ -58,18 +59,18 @@ def _table(made: Calibration) -> Iterator[str]:
         yield f"{line}  {reason}".rstrip()
 
 
-def _why(made: Calibration, fit: Fit) -> str:
+def _why(calibration: Calibration, fit: Fit) -> str:
     """Say why a population is chosen or not."""
-    measured = bool(made.chosen.spreads)
+    measured = bool(calibration.chosen.spreads)
     if not fit.holds:
-        worst, chosen = fit.means[0], "chosen; " * (fit.grains == made.chosen.grains)
+        worst, chosen = fit.means[0], "chosen; " * (fit.grains == calibration.chosen.grains)
         return f"{chosen}misses {worst.column} at {worst.place}"
-    if fit.grains == made.chosen.grains:
+    if fit.grains == calibration.chosen.grains:
         return "chosen: spreads nearest" if measured else "chosen: the most angular that holds"
     return "holds; spreads farther" if measured else "holds"
 
 
-def _of_numbers(fit: Fit) -> str:
+def _numbers_text(fit: Fit) -> str:
     """Name the numbers that the data leave open."""
     pairs = zip(fit.labels, fit.errors, strict=True)
     left = [_in_words(fit, label) for label, error in pairs if math.isnan(error)]

@@ -59,7 +59,7 @@ class Solution(NamedTuple):
         return max(self.bend, _BEND), self.worst
 
     @property
-    def held(self) -> bool:
+    def holds(self) -> bool:
         """Whether a smooth law holds all means, with room for chance."""
         return self.rank <= (_BEND, _WITHIN)
 
@@ -127,7 +127,7 @@ def smoothest(numbers: FreeNumbers, misses: Misses) -> Solution:
         now = _descended(numbers, misses, penalty, now._replace(weight=weight))
         waited = 0 if now.rank < (best.rank[0], _BETTER * best.worst) else waited + 1
         best = min(best, now, key=lambda one: one.rank)
-        if best.held or waited > _PATIENCE:
+        if best.holds or waited > _PATIENCE:
             break
     return best
 
@@ -155,7 +155,7 @@ def _descended(numbers: FreeNumbers, misses: Misses, penalty: Penalty, now: Solu
         off = there - now.misses - now.slopes @ moved
         slopes = now.slopes + np.outer(off, moved) / max(float(moved @ moved), 1e-12)
         now, fresh = Solution(x, there, slopes, weight, numbers.bend(x)), False
-        if now.held:
+        if now.holds:
             return now
         if cost - lower < _GAIN * cost:
             now = now._replace(slopes=slopes_at(numbers, misses, x, there))
@@ -167,7 +167,7 @@ def polished(numbers: FreeNumbers, misses: Misses, solution: Solution, steps: in
     """Take some steps with other random numbers and the slopes of a search."""
     penalty, best = Penalty(numbers), solution._replace(misses=misses(solution.x))
     for _ in range(steps):
-        if best.held:
+        if best.holds:
             break
         x = penalty.clipped(best.x + penalty.step(best.x, best.misses, best.slopes, best.weight))
         moved = best._replace(x=x, misses=misses(x), bend=numbers.bend(x))

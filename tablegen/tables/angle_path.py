@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from tablegen.config.config import PLANE, Config
+from tablegen.fitting.node import STEEPEST_DEG
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
@@ -30,9 +31,6 @@ _EQUAL = 0.05
 
 #: Spread [V] below which a variable counts as one number.
 _LEAST_SPREAD = 1e-6
-
-#: Steepest impact [degrees] that is simulated, as of nodes.
-_STEEPEST = 89.999
 
 #: Stream of the particles, below those of measurements.
 _STREAM = 2**31 - 1
@@ -83,6 +81,6 @@ def _lengths(config: Config, steps: FloatArray) -> FloatArray:
 
 
 def _simulated(config: Config, alpha_deg: float, speed: float) -> FloatArray:
-    alpha1, seed = np.radians(min(alpha_deg, _STEEPEST)), config.table.seed
+    alpha1, seed = np.radians(min(alpha_deg, STEEPEST_DEG)), config.table.seed
     simulation = simulate(config, alpha1, speed, _PARTICLES, seed=seed, stream=_STREAM, threads=1)
     return simulated_variables(simulation, PLANE)

@@ -47,7 +47,7 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
         needed = (*needed, "normal_hat")
     last = max(contents.channels.index(name) for name in needed)
     channels = contents.channels[: last + 1]
-    held = [k for k, name in enumerate(contents.marginals) if name in needed]
+    marginals = [k for k, name in enumerate(contents.marginals) if name in needed]
     datasets = {
         path: values
         for path, values in contents.datasets.items()
@@ -56,7 +56,7 @@ def pruned(contents: TableContents, scene: Config, origin: str = "scene") -> Tab
     for path, values in contents.datasets.items():
         if path.startswith(("marginals/quantiles", "dependence/")):
             datasets[path] = values[rows, columns]
-    datasets["marginals/quantiles"] = datasets["marginals/quantiles"][:, :, :, held]
+    datasets["marginals/quantiles"] = datasets["marginals/quantiles"][:, :, :, marginals]
     datasets["dependence/mean"] = datasets["dependence/mean"][..., : len(channels)]
     factors = len(channels) * (len(channels) + 1) // 2
     datasets["dependence/cholesky"] = datasets["dependence/cholesky"][..., :factors]

@@ -70,8 +70,8 @@ class NodeCache:
         tasks = {
             node_key(a, v, size): Task(_node_task, (self.config, a, v, size)) for a, v in missing
         }
-        made = self.runner.run("fitting nodes", tasks)
-        for (a, v), arrays in zip(missing, made.values(), strict=True):
+        fitted = self.runner.run("fitting nodes", tasks)
+        for (a, v), arrays in zip(missing, fitted.values(), strict=True):
             node = {name: arrays[name] for name in NodeArrays._fields}
             self._nodes[size, a, v] = NodeArrays(**node)
         return [self._nodes[(size, *c)] for c in wanted]
@@ -110,13 +110,13 @@ class NodeCache:
             # without the processor time of a piece
             known[place].update({name: arrays[name] for name in missing[place]})
             worst = max((place for place in wanted if known[place]), key=share)
-            self.runner.note = f"{stage}worst {self.said(size, worst)}"
+            self.runner.note = f"{stage}worst {self.error_text(size, worst)}"
 
         self.runner.run("checking", tasks, on_result)
         return {place: share(place) for place in wanted}
 
-    def said(self, size: Resolution, place: Place) -> str:
-        """Say where the error in the middle of a place is, by which metric, and how large."""
+    def error_text(self, size: Resolution, place: Place) -> str:
+        """Describe where the error in the middle of a place is, by which metric, and how large."""
         distances, targets = self._errors[size, place], self.config.accuracy
         share, name = error_of(distances, targets)
         alpha_deg, speed = middle_of(self.config, place)
@@ -148,7 +148,7 @@ def refine_grid(plan: Plan, cache: NodeCache) -> RefinedGrid:
         placement = refine(plan.grid, measure, *middles(config), plan.most)
     if placement.where is not None and not placement.reached:
         remedy = _ALLOW * (placement.worst <= _LITTLE) + _REMEDY
-        missed = [f"{cache.said(size, placement.where)}, half-way between nodes; {remedy}"]
+        missed = [f"{cache.error_text(size, placement.where)}, half-way between nodes; {remedy}"]
     nodes, cache.runner.note = cache.fit(size, product(*placement.grid)), ""
     return RefinedGrid(size, placement, nodes, missed)
 

@@ -36,7 +36,7 @@ def test_the_smoothest_law_holds_every_mean_and_no_more():
     zigzag = np.array([0.8, 0.4] * 3 + [0.8])
     found = smoothest(numbers, lambda x: (x - zigzag) / 0.02)
     assert np.abs(np.diff(found.x, 2)).max() <= 0.25
-    assert not found.held
+    assert not found.holds
 
 
 def test_bootstrapped_errors_follow_the_noise():
