@@ -5,6 +5,7 @@ An argument beyond an end by less than such a rounding counts as the end: no err
 """
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,16 @@ def test_ratios_and_shapes(strict):
         strict.sample(0.7, 60.0, grain=np.float32([0.0, b, c]), **given)
     refused("grain", strict.sample, 0.7, 60.0, grain=(0.0, b_least * (1.0 - BEYOND), 1.0), **given)
     assert sampler.sphericity((4, 1.0 + WITHIN, 1.0)) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_each_shape_and_each_ratio_has_its_own_range(strict):
+    ranges = [[[0.5, 0.7], [0.75, 1.0]], [[0.8, 1.0], [0.5, 0.6]]]
+    datasets = strict.contents.datasets | {"spin/ratio_range": np.array(ranges)}
+    table = sampler.Table(replace(strict.contents, datasets=datasets), outside="raise")
+    grains = [(shape, b, c) for shape in (0.0, 4.0) for b in (0.6, 0.9) for c in (0.55, 0.9)]
+    codes = {g: draw(table, 0.7, 60.0, spin=(0.0, 0.0, 1.0), grain=g) for g in grains}
+    assert [grain for grain in grains if codes[grain] == 0] == [(0.0, 0.6, 0.9), (4.0, 0.9, 0.55)]
+    assert set(codes.values()) == {0, GRAIN_NOT_KNOWN}
 
 
 def test_half_sizes_and_roughness(table):

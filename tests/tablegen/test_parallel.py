@@ -55,3 +55,17 @@ def test_slices_cover_all_particles_once_and_in_order(threads):
     assert [number for part in slices for number in range(part.start, part.stop)] == [
         *range(12_345)
     ]
+
+
+def test_pieces_are_taken_only_a_little_ahead():
+    taken, ahead, ticks = 0, [], []
+
+    def pieces():
+        nonlocal taken
+        for number in range(100):
+            taken += 1
+            ahead.append(taken - len(ticks))
+            yield number
+
+    in_threads(lambda number: number, pieces(), ticks.append, threads=2)
+    assert max(ahead) == 4
