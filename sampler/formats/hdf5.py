@@ -283,10 +283,11 @@ def _file_image(contents: TableContents) -> bytes:
 def _write_dataset(file: h5py.File, dataset: Dataset, values: Array) -> None:
     storage: dict[str, Any] = {"track_times": False}
     if dataset.compressed:
-        # Few chunks, which open fast, small enough for the cache.
+        # Few chunks, which open fast, small enough for the cache. Level 9 takes eight times as long
+        # as level 6, and saves 2 % of the bytes.
         rows = max(1, min(len(values), _CHUNK // values[0].nbytes))
         storage |= {"chunks": (rows, *values.shape[1:]), "shuffle": True}
-        storage |= {"compression": "gzip", "compression_opts": 9}
+        storage |= {"compression": "gzip", "compression_opts": 6}
     written = file.create_dataset(dataset.path, data=values, **storage)
     written.attrs["units"] = dataset.units
     written.attrs["long_name"] = dataset.long_name
