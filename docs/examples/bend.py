@@ -181,7 +181,7 @@ def main(arguments=None):
         "--diameter", type=length, default=30e-6, metavar="M", help="diameter of the particles, m"
     )
     parser.add_number("--count", 10_000, "number of particles under each model", least=GROUPS)
-    parser.add_figure()
+    parser.add_figure("--figure")
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     models = model_laws(args.table, tablegen.parse_config(args.table.config, "--table"))

@@ -487,7 +487,7 @@ def main(arguments=None):
     parser.add_table("--table", "corundum-steel")
     parser.add_table("--compact", "corundum-steel-compact", description="another table")
     parser.add_number("--grains", 10_000, "number of grains under each law")
-    parser.add_seed()
+    parser.add_number("--seed", 1, "seed of the random numbers", least=0)
     parser.add_argument(
         "--laws",
         nargs="+",

@@ -57,7 +57,7 @@ def table_with_works(text):
     """Load a table by its name or path; it must have a spin law and both works."""
     table = table_with_spin(text)
     if not {"work_normal", "work_shear"} <= set(table.columns):
-        refuse(text, "tables with works, as corundum-steel-wear")
+        refuse(text, "tables with works, such as corundum-steel-wear")
     return table
 
 
@@ -107,10 +107,6 @@ class Parser(argparse.ArgumentParser):
         parse = whole_number(least)
         self.add_argument(flag, type=parse, default=default, metavar="N", help=description)
 
-    def add_seed(self):
-        """Add the argument --seed."""
-        self.add_number("--seed", 1, "seed of the random numbers", least=0)
-
-    def add_figure(self, flag="--figure"):
+    def add_figure(self, flag):
         """Add an argument that names the picture to write."""
         self.add_argument(flag, type=output_file, metavar="F.png", help="picture to write")

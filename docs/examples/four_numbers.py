@@ -85,7 +85,7 @@ def main(arguments=None):
     parser = Parser(__file__, __doc__)
     parser.add_table("--table", "corundum-steel")
     parser.add_number("--count", 40_000, "number of rebounds at each inertia", least=2)
-    parser.add_figure()
+    parser.add_figure("--figure")
     args = parser.parse_args(arguments)
     model = tablegen.DirectModel(tablegen.load_config("corundum-steel"))
     inertias = np.linspace(*moments()[[0, 2]], POINTS)

@@ -111,7 +111,7 @@ def main(arguments=None):
         "--pairs", type=pair, nargs="+", metavar="PAIR", help="compare pairs, not laws"
     )
     parser.add_number("--grains", 50_000, "number of grains under each law")
-    parser.add_seed()
+    parser.add_number("--seed", 1, "seed of the random numbers", least=0)
     args = parser.parse_args(arguments)
     if args.pairs:
         configurations = dict(args.pairs)

@@ -74,7 +74,7 @@ def main(arguments=None):
     """Print what hits each wall, and draw the outer one."""
     parser = Parser(__file__, __doc__)
     parser.add_argument("folder", type=folder, help="working folder of sampler/openfoam/bend.sh")
-    parser.add_figure()
+    parser.add_figure("--figure")
     args = parser.parse_args(arguments)
     edges = TURN / 12 * np.arange(23)
     across, outer = (np.linspace(-0.05, 0.45, 101), np.linspace(0.0, OUTER - INNER, 21)), {}

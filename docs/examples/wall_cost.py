@@ -65,7 +65,7 @@ def main(arguments=None):
     """Follow the grains under each law; print and draw errors and what the walls cost."""
     parser = Parser(__file__, __doc__)
     parser.add_number("--grains", 50_000, "number of grains under each law")
-    parser.add_figure()
+    parser.add_figure("--figure")
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     table, config = sampler.load("corundum-steel"), tablegen.load_config("corundum-steel")

@@ -176,7 +176,7 @@ def main(arguments=None):
         metavar="UM",
         help="limits of the classes of diameters, micrometres",
     )
-    parser.add_seed()
+    parser.add_number("--seed", 1, "seed of the random numbers", least=0)
     parser.add_argument(
         "--output", type=folder, metavar="FOLDER", help="folder to write two pictures to"
     )

@@ -91,7 +91,7 @@ def main(arguments=None):
         "--diameter", type=length, default=30e-6, metavar="M", help="diameter of the particles, m"
     )
     parser.add_number("--count", 20_000, "number of particles", least=bend.GROUPS)
-    parser.add_figure()
+    parser.add_figure("--figure")
     args = parser.parse_args(arguments)
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     works = []

@@ -23,7 +23,7 @@ def _names(
         return None
     names = [name.strip() for name in value.split(",")]
     if len(set(names)) < len(names) or not set(names) <= set(VARIABLES):
-        allowed = f"some of {','.join(VARIABLES)}, each once"
+        allowed = f"names with commas between them, each once: {', '.join(VARIABLES)}"
         raise InputError("--variables", repr(value), allowed)
     return names
 
