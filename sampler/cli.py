@@ -96,8 +96,9 @@ def draw(
             raise _of_flags(error) from None
     write_arrays(output, state=state, columns=loaded.columns)
     for warning in caught:
-        if isinstance(warning.message, OutsideTableWarning):
-            note("sampler", str(_of_flags(warning.message.first)))
+        first = getattr(warning.message, "first", None)
+        if isinstance(first, InputError):
+            note("sampler", str(_of_flags(first)))
     return DONE
 
 

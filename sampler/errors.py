@@ -211,11 +211,12 @@ class OutsideTableWarning(UserWarning):
 
     Parameters
     ----------
-    first : InputError
-        The first row of the call that is outside, as ``outside="raise"`` refuses it.
-    number : int
+    first : InputError or str
+        The first row of the call that is outside, as ``outside="raise"`` refuses it. Programs that
+        give a warning again, such as pytest, make it of its whole text alone.
+    number : int, optional
         Number of such rows of the call.
-    kind : str
+    kind : str, optional
         One of `FLAGS`.
 
     Attributes
@@ -224,11 +225,13 @@ class OutsideTableWarning(UserWarning):
         As given.
     """
 
-    def __init__(self, first: InputError, number: int, kind: str) -> None:
+    def __init__(self, first: InputError | str, number: int = 0, kind: str = "") -> None:
         super().__init__(first, number, kind)
         self.first, self.number, self.kind = first, number, kind
 
     def __str__(self) -> str:
+        if isinstance(self.first, str):
+            return self.first
         what = "extrapolated" if self.kind == "extrapolated" else "drawn at the nearest condition"
         return (
             f"{self.first}; {self.number} rows of this call were {what}; table.counts goes on "

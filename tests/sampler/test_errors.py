@@ -3,6 +3,7 @@
 import ast
 import copy
 import pickle
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -68,6 +69,10 @@ def test_a_warning_has_the_first_row_outside(table_path):
     (message,) = (one.message for one in warned)
     assert (message.kind, message.number) == ("speed", 2)
     assert (message.first.argument, message.first.row, message.first.particle) == ("speed", 1, 6)
+    # programs that give a warning again make it of its text, as `warnings.warn` does with a text
+    with pytest.warns(OutsideTableWarning) as again:
+        warnings.warn(str(message), type(message), stacklevel=1)
+    assert str(again[0].message) == str(message)
 
 
 def test_texts_of_codes_are_sentences_that_no_code_reads():
