@@ -68,7 +68,13 @@ def inspect(table: str, as_json: bool, config: bool) -> int:
 
 
 def _editable(config: str) -> str:
-    """Return the configuration, with a comment on how to change its range if it lists nodes."""
+    """Return the configuration to edit: short lists on one line, and a comment if it lists nodes.
+
+    The comment says how to change the range.
+    """
+    from tablegen.config.scenes import with_short_lists
+
+    config = with_short_lists(config)
     if "alpha_nodes_deg" not in config and "speed_nodes" not in config:
         return config
     return (

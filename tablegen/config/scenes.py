@@ -1,6 +1,7 @@
-"""Trees of TOML tables: parse a text, and lay the changes of a scene over the content of a pair."""
+"""Trees of TOML tables: parse a text, write its lists, lay the changes of a scene over a pair."""
 
 import re
+import textwrap
 import tomllib
 from copy import deepcopy
 from typing import Any
@@ -19,6 +20,12 @@ _NODES_OF_RANGE = {"alpha_deg": "alpha_nodes_deg", "speed": "speed_nodes"}
 #: Fields that say which forms the particles of a population have.
 _FORMS = {"shapes", "meshes"}
 
+#: List of numbers with one number on each line, as tomli_w writes it.
+_LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
+
+#: Characters of a line with a list of numbers.
+_LIST_WIDTH = 80
+
 
 def parse_toml(text: str, origin: str) -> Tree:
     """Parse a TOML text; raise `InputError`, which begins with ``origin``, if it is not TOML."""
@@ -31,6 +38,23 @@ def parse_toml(text: str, origin: str) -> Tree:
         lines, number = text.splitlines(), re.search(r"at line (\d+)", str(error))
         line = f", {shortened(lines[int(number[1]) - 1].strip())}" if number else ""
         raise InputError("", problem=f"not valid TOML: {error}{line}", source=origin) from error
+
+
+def with_short_lists(text: str) -> str:
+    """Put several numbers of a list on a line of a TOML text, and a short list on one line."""
+    return _LIST.sub(_short_list, text)
+
+
+def _short_list(match: re.Match[str]) -> str:
+    """Write a list of numbers on as few lines as fit."""
+    numbers = ", ".join(match[1].replace(",", " ").split())
+    if len(numbers) + len("[]") <= _LIST_WIDTH:
+        return f"[{numbers}]"
+    indent = "    "
+    lines = textwrap.fill(
+        f"{numbers},", _LIST_WIDTH, initial_indent=indent, subsequent_indent=indent
+    )
+    return f"[\n{lines}\n]"
 
 
 def merged(base: Tree, changes: Tree) -> Tree:

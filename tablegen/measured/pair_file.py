@@ -1,6 +1,5 @@
 """File of a fitted pair: a complete pair with comments that say how it was made."""
 
-import re
 import textwrap
 import tomllib
 from collections.abc import Collection, Sequence
@@ -12,15 +11,15 @@ import sampler
 from sampler.formats.channels import STATE
 from tablegen.config.config import Config, parse_config
 from tablegen.config.pairs import MaterialPair
-from tablegen.config.scenes import Tree, merged
+from tablegen.config.scenes import Tree, merged, with_short_lists
 from tablegen.measured.fit_text import fit_lines
 from tablegen.measured.measurements import ANY_SPEED, Measurements, distinct_speeds
 from tablegen.measured.result import Calibration, ComparedNumber, Fit
 from tablegen.model.float_array import FloatArray
 from tablegen.presentation import table_lines
 
-#: Characters of a comment line, and of a list of numbers on one line.
-_WIDTH, _LIST_WIDTH = 100, 80
+#: Characters of a comment line.
+_WIDTH = 100
 
 #: Angles at the contact [degrees] between which laws are linear.
 _ANGLES = [5.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]
@@ -42,9 +41,6 @@ _NONE = "none: numbers to start a fit from"
 #: thousandths of V, in rare rebounds that decide the correlations and weigh in distances that are
 #: over deviations: 0.50 and 0.064 in a table of well-rounded quartz.
 _ROUND_LIMITS = {"correlation_error": 0.5, "sliced_wasserstein": 0.07}
-
-#: List of numbers on several lines.
-_LIST = re.compile(r"\[\n\s*((?:-?[0-9.][0-9.e+-]*,\s*)+)\]")
 
 
 def starting_config(data: Measurements, population: Tree) -> Config:
@@ -141,7 +137,7 @@ def fitted_config(
         tree["spin_accuracy"] = limits
     for nodes in ("alpha_nodes_deg", "speed_nodes"):
         tree.get("table", {}).pop(nodes, None)
-    return parse_config(_LIST.sub(_on_one_line, tomli_w.dumps(tree)), name)
+    return parse_config(with_short_lists(tomli_w.dumps(tree)), name)
 
 
 def _domain(start: Config, fitted: MaterialPair, used: Measurements, speeds: FloatArray) -> Tree:
@@ -159,13 +155,6 @@ def _domain(start: Config, fitted: MaterialPair, used: Measurements, speeds: Flo
     valid = fitted.restitution.valid_speed
     domain["extrapolate"] = valid is None or not valid[0] <= first <= last <= valid[1]
     return domain
-
-
-def _on_one_line(match: re.Match[str]) -> str:
-    """Write a list of numbers on one line, if it is short."""
-    items = [item.strip() for item in match[1].split(",") if item.strip()]
-    line = f"[{', '.join(items)}]"
-    return line if len(line) <= _LIST_WIDTH else match[0]
 
 
 def with_comments(made: Calibration, data: Measurements, seed: int) -> Config:

@@ -4,6 +4,7 @@ The rough table has the sizes of the finished table, but its nodes are fitted to
 is refused for the same reasons as the finished table would be.
 """
 
+from collections.abc import Iterable
 from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -37,9 +38,9 @@ def rehearse(plan: Plan) -> None:
     """
     config, grid, size = plan.config, plan.grid, plan.sizes[0]
     axes = make_axes(config, grid)
+    _check_variables_vary(config, product(*grid))
     ends = [list(dict.fromkeys((nodes[0], nodes[-1]))) for nodes in grid]
     conditions = list(product(*ends))
-    _check_variables_vary(config, conditions)
     rough_nodes = [_rough_node(config, alpha_deg, speed, size) for alpha_deg, speed in conditions]
     count = len(grid.alpha_deg) * len(grid.speed)
     contents = assemble(config, axes, [rough_nodes[k % len(rough_nodes)] for k in range(count)])
@@ -49,10 +50,11 @@ def rehearse(plan: Plan) -> None:
         load(path)
 
 
-def _check_variables_vary(config: Config, conditions: list[tuple[float, ...]]) -> None:
+def _check_variables_vary(config: Config, conditions: Iterable[tuple[float, ...]]) -> None:
     """Refuse variables that are the same for all particles at all conditions.
 
-    The number of collisions may be, because a table stores whole numbers exactly.
+    A law may have friction at a few angles only, so all nodes of the first grid are tried. The
+    number of collisions may be constant, because a table stores whole numbers exactly.
     """
     constant = [name for name in config.domain.columns if name != "collisions"]
     for alpha_deg, speed in conditions:

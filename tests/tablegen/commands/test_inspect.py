@@ -5,6 +5,7 @@ import math
 import shutil
 import subprocess
 import sys
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,7 +30,8 @@ def test_describes_the_table(run, tiny):
         assert words in ended.out
     written = run("inspect", tiny.path, "--config").out
     assert written.startswith("# Before you change alpha_deg in [domain], delete alpha_nodes_deg")
-    assert written.endswith(TINY.text + "\n")
+    assert "\nspeed_nodes = [60.0, 300.0]\n" in written
+    assert tomllib.loads(written) == tomllib.loads(TINY.text)
 
 
 def test_json_has_what_the_table_has(run, refused, tiny):

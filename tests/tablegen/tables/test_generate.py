@@ -119,3 +119,15 @@ class TestRefusedBeforeAnyWork:
         assert "u, w, omega_y" in line("domain.variables", config)
         variables = {"domain": {"variables": ["v", "omega_x", "omega_z", "collisions"]}}
         rehearse(make_plan(config.with_changes(variables)))
+        # friction at an angle between the ends of the range is enough; round grains hit once
+        resistance = {"law": "tabulated", "angle_deg": [39.0, 40.0, 41.0], "value": [0.0, 0.5, 0.0]}
+        between = {
+            "pair": {"resistance": resistance | {"source": "a test"}},
+            "population": {
+                "shapes": {"ellipsoid": 1.0},
+                "aspect": {"distribution": "fixed", "values": [0.98, 0.98]},
+            },
+            "domain": {"variables": ["u", "w"]},
+            "table": {"alpha_nodes_deg": [35.0, 40.0, 45.0]},
+        }
+        rehearse(make_plan(config.with_changes(between)))
