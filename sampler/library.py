@@ -178,10 +178,10 @@ class Report(NamedTuple):
 
     @classmethod
     def from_codes(cls, codes: NDArray[np.intc]) -> "Report":
-        """Look through codes."""
+        """Look through codes, in the memory of the host or of a GPU."""
         bad = bool((codes < 0).any())
         # bytes take a third of the time
-        flags = np.where(codes < 0, 0, codes).astype(np.uint8) if bad else codes.astype(np.uint8)
+        flags = (codes.clip(0) if bad else codes).astype(np.uint8)
         counts = (int(np.count_nonzero(flags & flag)) for flag in FLAGS.values())
         return cls(codes, bad, tuple(counts))
 

@@ -40,6 +40,9 @@ class ndarray:  # noqa: N801  (CuPy's name)
             raise AttributeError(name)
         return getattr(self.host, name)
 
+    def __array_function__(self, function, _, arguments, keywords):
+        return ndarray(function(*(getattr(x, "host", x) for x in arguments), **keywords))
+
     def get(self):
         return self.host.copy()
 
@@ -58,7 +61,8 @@ def _method(name):
 
 
 _OF_PYTHON = ("__len__", "__bool__", "__int__", "__setitem__")
-_OF_ARRAYS = ("__getitem__", "__lt__", "__gt__", "__or__", "any", "argmax", "astype", "reshape")
+_OF_ARRAYS = ("__and__", "__getitem__", "__gt__", "__lt__", "__ne__", "__or__")
+_OF_ARRAYS += ("any", "argmax", "astype", "clip", "reshape")
 for _name in (*_OF_PYTHON, *_OF_ARRAYS):
     setattr(ndarray, _name, _method(_name))
 
@@ -102,6 +106,7 @@ def as_argument(value):
         assert value.host.flags.c_contiguous
         return ctypes.c_void_p(value.host.ctypes.data)
     if isinstance(value, np.ndarray):  # a structure by value
+        assert value.size == 1
         fields = [("b", ctypes.c_byte * value.nbytes)]
         return type("structure", (ctypes.Structure,), {"_fields_": fields}).from_buffer_copy(value)
     return {4: ctypes.c_uint32, 8: ctypes.c_uint64}[value.nbytes](int(value))
