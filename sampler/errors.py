@@ -233,9 +233,13 @@ class OutsideTableWarning(UserWarning):
         if isinstance(self.first, str):
             return self.first
         what = "extrapolated" if self.kind == "extrapolated" else "drawn at the nearest condition"
+        rows = (
+            "1 row of this call was"
+            if self.number == 1
+            else f"{self.number} rows of this call were"
+        )
         return (
-            f"{self.first}; {self.number} rows of this call were {what}; table.counts goes on "
-            "counting, without further warnings"
+            f"{self.first}; {rows} {what}; table.counts goes on counting, without further warnings"
         )
 
 

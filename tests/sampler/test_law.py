@@ -66,6 +66,7 @@ class TestLaw:
         with pytest.warns(OutsideTableWarning, match=r"speed: .* 20 m/s at row 1") as told:
             table.mean(0.7, [100.0, 20.0])
         assert told[0].filename == __file__
+        assert "; 1 row of this call was drawn at the nearest" in str(told[0].message)
         assert table.counts["speed"] == 1
         np.testing.assert_array_equal(table.mean(0.7, 20.0), table.mean(0.7, 50.0))
         refused("alpha1", table.mean, [0.7, np.nan], 100.0)
