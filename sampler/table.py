@@ -2,7 +2,6 @@
 
 import copy
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -26,10 +25,10 @@ from sampler.arguments import (
     present,
 )
 from sampler.covered import make_covered
-from sampler.errors import InputError, TableError
+from sampler.errors import InputError
 from sampler.files import find_table
 from sampler.formats.hdf5 import TableContents, read_table
-from sampler.formats.image import header_of, table_image
+from sampler.formats.image import table_image
 from sampler.law import Reduction, reduced_draws
 from sampler.library import OpenTable, Report
 from sampler.row_codes import RowCodes
@@ -62,8 +61,9 @@ class Table:
         The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z, or those of
         them (and rotational_energy, collisions, work_normal, work_shear) that the table was made
         for.
-    pair, config : str
-        Name of the material pair; TOML text from which the table was generated.
+    pair, config, content_sha256 : str
+        Name of the material pair; TOML text from which the table was generated; checksum of the
+        contents of its file, hexadecimal.
     has_spin : bool
         Whether the table has the law of particles that arrive spinning.
     covered : Covered
@@ -74,6 +74,14 @@ class Table:
         at speeds at which the pair was not measured, ``extrapolated``.
     speed_independent : bool
         Whether rebounds do not depend on the speed; then no speed lies outside.
+    alpha_nodes_deg, speed_nodes : float64 array
+        Impact angles, degrees, and speeds, m/s, of the nodes; of spheres, the ends of the pair's
+        domain.
+    accuracy : dict of arrays
+        Accuracy measured against direct simulation, at conditions that are no nodes. Keys:
+        ``alpha_deg``, ``speed``, ``ks`` (n, n_columns), ``sliced_wasserstein``,
+        ``correlation_error``, ``auc``, all (n,) but ks, which has a column for each of
+        `columns`; n = 0 if nothing was measured.
     outside
         As it was given.
     """
@@ -89,13 +97,18 @@ class Table:
         self._table = OpenTable(table_image(contents))
         self.columns = contents.variables
         self.pair, self.config = contents.pair, contents.config
+        self.content_sha256 = contents.content_sha256
         self.speed_independent = contents.speed_independent
         self.has_spin = contents.has_spin
+        self.alpha_nodes_deg, self.speed_nodes = contents["axes/alpha_deg"], contents["axes/speed"]
+        self.accuracy = {
+            path.removeprefix("accuracy/"): values
+            for path, values in contents.datasets.items()
+            if path.startswith("accuracy/")
+        }
         low, high = contents.datasets.get("spin/alpha_range_deg", (0.0, 0.0))
         others = (float(low), float(high)) if high > 0.0 else None
         self.covered = make_covered(self._table.covered(), self.has_spin, others)
-        self._small = _kept_beside(contents)
-        self._source: TableContents | Path = contents
         self._codes = RowCodes(self.pair, self.covered, outside)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -120,41 +133,6 @@ class Table:
         return dict(self._codes.counts)
 
     @property
-    def extrapolated(self) -> int:
-        """Number of draws so far at speeds at which the pair was not measured."""
-        return self._codes.counts["extrapolated"]
-
-    @property
-    def _header(self) -> Any:
-        return header_of(self._table.image)
-
-    @property
-    def contents(self) -> TableContents:
-        """Contents of the file; a table that was loaded reads its file again.
-
-        Raises `TableError` if that is no longer the table that was loaded.
-        """
-        if isinstance(self._source, TableContents):
-            return self._source
-        contents = read_table(self._source)
-        digest = np.frombuffer(bytes.fromhex(contents.content_sha256), np.uint8)
-        if not np.array_equal(digest, self._header["content_sha256"]):
-            problem = "the file has changed since the table was loaded"
-            remedy = "load it again"
-            raise TableError("", problem=problem, remedy=remedy, source=str(self._source))
-        return contents
-
-    @property
-    def alpha_nodes_deg(self) -> NDArray[np.float64]:
-        """Impact angles of the nodes, degrees; of spheres, the ends of the pair's domain."""
-        return self._small["axes/alpha_deg"].copy()
-
-    @property
-    def speed_nodes(self) -> NDArray[np.float64]:
-        """Impact speeds of the nodes, m/s; of spheres, the ends of the pair's domain."""
-        return self._small["axes/speed"].copy()
-
-    @property
     def nbytes(self) -> int:
         """Memory that the table takes."""
         return int(self._table.image.nbytes)
@@ -162,23 +140,13 @@ class Table:
     @property
     def alpha_range(self) -> tuple[float, float]:
         """Smallest and largest impact angle, rad."""
-        return float(self._header["alpha_first"]), float(self._header["alpha_last"])
+        first, last = np.deg2rad(self.alpha_nodes_deg[[0, -1]])
+        return float(first), float(last)
 
     @property
     def speed_range(self) -> tuple[float, float]:
         """Smallest and largest impact speed of the nodes, m/s."""
-        return float(self._header["speed_first"]), float(self._header["speed_last"])
-
-    @property
-    def accuracy(self) -> dict[str, NDArray[np.float64]]:
-        """Accuracy measured against direct simulation, at conditions that are no nodes.
-
-        Keys: ``alpha_deg``, ``speed``, ``ks`` (n, n_columns), ``sliced_wasserstein``,
-        ``correlation_error``, ``auc``, all (n,) but ks, which has a column for each of
-        `columns`; n = 0 if nothing was measured.
-        """
-        paths = (path for path in self._small if path.startswith("accuracy/"))
-        return {path.removeprefix("accuracy/"): self._small[path].copy() for path in paths}
+        return float(self.speed_nodes[0]), float(self.speed_nodes[-1])
 
     def sample(
         self,
@@ -549,12 +517,6 @@ class Table:
         return reduced_draws(self._table, call, len(self.columns), reduce)
 
 
-def _kept_beside(contents: TableContents) -> dict[str, NDArray[Any]]:
-    """Pick the datasets that a loaded table keeps: axes and measured accuracy."""
-    kept = ("axes/", "accuracy/", "spin_accuracy/")
-    return {path: contents[path] for path in contents.datasets if path.startswith(kept)}
-
-
 def load(
     name_or_path: str | os.PathLike[str],
     outside: Literal["clamp", "raise"] = "clamp",
@@ -579,7 +541,4 @@ def load(
     InputError
         If there is no table of that name.
     """
-    path = find_table(name_or_path)
-    table = Table(read_table(path), outside=outside)
-    table._source = path.resolve()  # its contents would take as much memory again
-    return table
+    return Table(read_table(find_table(name_or_path)), outside=outside)

@@ -83,11 +83,6 @@ class DeviceTable:
         """Numbers of draws so far: angle, speed or spin outside the table, extrapolated."""
         return dict(self._codes.counts)
 
-    @property
-    def extrapolated(self) -> int:
-        """Number of draws so far at speeds at which the pair was not measured."""
-        return self._codes.counts["extrapolated"]
-
     def sample(
         self,
         alpha1: Any,

@@ -151,16 +151,18 @@ def generate(
     if executor != executors.THREADS:
         spent = max(spent, generated.seconds)
     click.echo(f"{output}: {output.stat().st_size / 1e6:.2f} MB, {spent_text(spent, *costs)}")
-    return _summarise(generated)
+    return _summarise(output, generated)
 
 
-def _summarise(generated: "Generated") -> int:
+def _summarise(output: Path, generated: "Generated") -> int:
     """Print a description of a new table and its accuracy, and return the exit status."""
+    from sampler.formats.hdf5 import read_table
     from tablegen.commands.inspect import identity_text
 
-    click.echo(identity_text(generated.table.contents))
-    if generated.table.contents.of_spheres:
-        return print_spheres(generated.table.contents, generated.table.contents.seed)
+    contents = read_table(output)
+    click.echo(identity_text(contents))
+    if contents.of_spheres:
+        return print_spheres(contents, contents.seed)
     for line in generated.unmet:
         note("tablegen", line)
     if generated.validation is None:

@@ -161,7 +161,7 @@ def measure_report(
     ]
     return Report(
         table=name_or_path,
-        content_sha256=table.contents.content_sha256,
+        content_sha256=table.content_sha256,
         table_bytes=find_table(name_or_path).stat().st_size,
         random_nanoseconds=1e9 * seconds_at_random(table, budget.timed, seed),
         quick=quick,

@@ -6,7 +6,9 @@ from types import MappingProxyType
 import numpy as np
 
 import sampler
+from sampler.files import find_table
 from sampler.formats.channels import STATE
+from sampler.formats.hdf5 import TableContents, read_table
 from sampler.table import Table
 from tablegen.accuracy.accuracy_text import verdict_words
 from tablegen.accuracy.chains import GEOMETRY_WORDS, GROUPS
@@ -229,7 +231,8 @@ def report_picture(report: Report, name: str) -> Picture:
 
 def report_page(report: Report) -> str:
     """Render a report as an HTML page, with pictures and joint laws."""
-    table = sampler.load(report.table)
+    contents = read_table(find_table(report.table))
+    table = Table(contents)
     config = stored_config(table.config, f"{report.table}: config")
     declared = {name: getattr(config.accuracy, name) for name in METRICS}
     pictures = {"map": plots.map_picture(report.atlas, table.accuracy, declared)}
@@ -239,7 +242,7 @@ def report_page(report: Report) -> str:
     pictures |= {"chains": chains} if chains else {}
     summary, *measured = report_sections(report, pictures)
     views = Section("Marginals and joint law", _views(report, table, config), folded=True)
-    sections = [summary, _identity(table, config), *measured, views]
+    sections = [summary, _identity(contents, config), *measured, views]
     return render_page(f"Rebound table {report.table}", sections)
 
 
@@ -252,10 +255,10 @@ def _speed_words(config: Config) -> str:
     return f"{low:g} m/s" if depends else f"{low:g} m/s; the laws do not depend on it"
 
 
-def _identity(table: Table, config: Config) -> Section:
-    file, pair, domain = table.contents.attributes, config.pair, config.domain
+def _identity(contents: TableContents, config: Config) -> Section:
+    pair, domain = config.pair, config.domain
     rows = [
-        ["particle on wall", f"{pair.particle} on {pair.wall} ({file['pair']})"],
+        ["particle on wall", f"{pair.particle} on {pair.wall} ({contents.pair})"],
         ["impact angle", f"{domain.alpha_deg[0]:g}° to {domain.alpha_deg[1]:g}°"],
         ["speed", _speed_words(config)],
         ["restitution law", pair.restitution.source],
@@ -264,16 +267,16 @@ def _identity(table: Table, config: Config) -> Section:
         [
             "particles that arrive spinning",
             "covered, by four numbers: the mean angular velocity, and the inertia about it"
-            if table.has_spin
+            if contents.has_spin
             else "not covered",
         ],
-        ["content SHA-256", table.contents.content_sha256],
-        ["seed", str(file["seed"])],
-        ["made with", f"rebound-tables {file['software_version']}"],
+        ["content SHA-256", contents.content_sha256],
+        ["seed", str(contents.seed)],
+        ["made with", f"rebound-tables {contents.software_version}"],
     ]
-    contents = TextTable("Contents of the file", ("field", "value"), rows, "words")
+    fields = TextTable("Contents of the file", ("field", "value"), rows, "words")
     text = Section("Configuration", [Headline("text", config.text)], folded=True)
-    return Section("Identity", [contents, text])
+    return Section("Identity", [fields, text])
 
 
 def _views(report: Report, table: Table, config: Config) -> list[Block]:

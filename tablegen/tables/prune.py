@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import InputError
-from sampler.files import check_output
+from sampler.files import check_output, find_table
 from sampler.formats.bounds import N_OUTCOMES
 from sampler.formats.channels import channels_for, has_works
-from sampler.formats.hdf5 import TableContents, write_table
+from sampler.formats.hdf5 import TableContents, read_table, write_table
 from sampler.formats.image import axis_fields
 from sampler.formats.layout import ACCURACY, GROUP
-from sampler.table import load
 from tablegen.config.config import Config, stored_config
 from tablegen.config.metric_table import METRICS
 
@@ -82,7 +81,7 @@ def prune(
     table does not cover the scene, or a file cannot be read or written.
     """
     path = check_output(output)
-    contents = pruned(load(name_or_path).contents, scene, origin)
+    contents = pruned(read_table(find_table(name_or_path)), scene, origin)
     write_table(path, contents)
     return contents
 

@@ -24,6 +24,8 @@ import toolchain
 from spin_tables import with_spin_law
 
 import sampler
+from sampler.files import find_table
+from sampler.formats.hdf5 import read_table
 from sampler.formats.image import write_binary_table
 
 ROWS = 10**6
@@ -103,15 +105,16 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=ROWS)
     parser.add_argument("--rounds", type=int, default=15)
     options = parser.parse_args()
-    table = sampler.load(options.table)
-    if not table.contents.has_spin:
-        table = sampler.Table(with_spin_law(table.contents, codes=(0, 1, 2, 3), depth=5))
+    contents = read_table(find_table(options.table))
+    if not contents.has_spin:
+        contents = with_spin_law(contents, codes=(0, 1, 2, 3), depth=5)
+    table = sampler.Table(contents)
     conditions = Conditions(table, options.count)
     draws = python_draws(table, conditions)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         if toolchain.find("gcc"):
-            write_binary_table(folder / "t.rbt", table.contents)
+            write_binary_table(folder / "t.rbt", contents)
             draws |= c_draws(folder / "t.rbt", conditions, folder)
         measured = in_turns(draws, options.rounds)
     print(f"{'ns per draw':32} {'least':>8} {'median':>8} {'/ bootstrap':>12}")

@@ -6,6 +6,8 @@ python tests/benchmarks/plane_hits.py
 import numpy as np
 
 import sampler
+from sampler.files import find_table
+from sampler.formats.hdf5 import read_table
 from tablegen.config.config import scene_over, stored_config
 from tablegen.tables.prune import pruned
 
@@ -28,9 +30,9 @@ def energies(table, turn, alpha_deg):
 
 
 def main():
-    whole = sampler.load("corundum-steel")
-    scene, _ = scene_over(stored_config(whole.config, "config"), "plane-flow")
-    plane = sampler.table.Table(pruned(whole.contents, scene))
+    contents = read_table(find_table("corundum-steel"))
+    scene, _ = scene_over(stored_config(contents.config, "config"), "plane-flow")
+    whole, plane = sampler.Table(contents), sampler.Table(pruned(contents, scene))
     for walls, turn in (("one wall", True), ("opposite walls", False)):
         for alpha_deg in (15.0, 45.0):
             ratios = energies(plane, turn, alpha_deg) / energies(whole, turn, alpha_deg)

@@ -13,6 +13,8 @@ import saturne_run
 import saturne_wall
 
 import sampler
+from sampler.files import find_table
+from sampler.formats.hdf5 import read_table
 
 pytestmark = pytest.mark.study
 
@@ -207,8 +209,9 @@ def test_faces_have_works(work, tilt_deg, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def tables(work, table):
-    return first_hits.unfit_tables(work / saturne_run.TABLE, table.contents)
+def tables(work):
+    contents = read_table(find_table("corundum-steel"))
+    return first_hits.unfit_tables(work / saturne_run.TABLE, contents)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,8 @@ from pathlib import Path
 import pytest
 import toolchain
 
-import sampler
+from sampler.files import find_table
+from sampler.formats.hdf5 import read_table
 from sampler.formats.image import write_binary_table
 from sampler.library import library as loaded
 
@@ -21,5 +22,5 @@ def library():
 def shipped_file(tmp_path_factory):
     """Write the shipped table as a binary table."""
     path = tmp_path_factory.mktemp("shipped") / "corundum-steel.rbt"
-    write_binary_table(path, sampler.load("corundum-steel").contents)
+    write_binary_table(path, read_table(find_table("corundum-steel")))
     return path

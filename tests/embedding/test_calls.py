@@ -6,7 +6,8 @@ import pytest
 import toolchain
 from known_vectors import TABLES, VECTORS
 
-import sampler
+from sampler.files import find_table
+from sampler.formats.hdf5 import read_table
 from sampler.formats.image import write_binary_table
 
 SOURCE = Path(__file__).resolve().with_name("fuzz_calls.c")
@@ -29,5 +30,5 @@ def test_sanitizers_find_nothing_in_40000_records(tmp_path):
     flags = ["-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     program = toolchain.build("gcc", [SOURCE], tmp_path / "calls", flags)
     spheres = tmp_path / "spheres.rbt"
-    write_binary_table(spheres, sampler.load("kharaz-2001").contents)
+    write_binary_table(spheres, read_table(find_table("kharaz-2001")))
     toolchain.run(program, 40_000 // len(IMAGES), *IMAGES, spheres)

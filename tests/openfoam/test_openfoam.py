@@ -15,6 +15,8 @@ import pytest
 import shots
 
 import sampler
+from sampler.files import find_table
+from sampler.formats.hdf5 import read_table
 from sampler.formats.image import write_binary_table
 from tablegen import load_config
 from tablegen.tables.prune import pruned
@@ -313,12 +315,13 @@ def test_spin_no_gives_the_table_none(work, table, started, cloud, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def tables(work, table):
+def tables(work):
     """Tables by name; one is of fast impacts only."""
-    unfit = first_hits.unfit_tables(work / foam_run.TABLE, table.contents)
+    contents = read_table(find_table("corundum-steel"))
+    unfit = first_hits.unfit_tables(work / foam_run.TABLE, contents)
     changes = {"spin": False, "domain": {"speed": [50.0, 300.0]}}
     scene = load_config("corundum-steel").with_changes(changes)
-    write_binary_table(work / "fast.rbt", pruned(table.contents, scene))
+    write_binary_table(work / "fast.rbt", pruned(contents, scene))
     return unfit | {"fast": work / "fast.rbt"}
 
 

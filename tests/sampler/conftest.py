@@ -24,6 +24,11 @@ def table(table_path):
 
 
 @pytest.fixture(scope="session")
-def standard_table():
-    """A table whose marginals are exactly its quantile functions."""
-    return sampler.Table(make_contents(make_datasets(standard=True)))
+def standard_contents():
+    """Contents of a table whose marginals are exactly its quantile functions."""
+    return make_contents(make_datasets(standard=True))
+
+
+@pytest.fixture(scope="session")
+def standard_table(standard_contents):
+    return sampler.Table(standard_contents)

@@ -2,14 +2,13 @@
 
 import copy
 import pickle
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from refusals import refused
 
 import sampler
-from sampler import OutsideTableWarning, TableError
+from sampler import OutsideTableWarning
 
 INDEX = np.arange(1000)
 
@@ -46,27 +45,7 @@ def test_copies_draw_the_same_and_count_anew(table_path, make):
     np.testing.assert_array_equal(again, states)
     for name in ("columns", "pair", "config", "speed_independent", "outside", "nbytes"):
         assert getattr(other, name) == getattr(table, name)
-    assert other.contents.content_sha256 == table.contents.content_sha256
+    assert other.content_sha256 == table.content_sha256
     assert other.accuracy.keys() == table.accuracy.keys()
     strict = make(sampler.load(table_path, outside="raise"))
     refused("speed", strict.sample, 0.7, 1e4, seed=1, index=0)
-
-
-def test_contents_are_those_that_were_loaded(table_path, contents, tmp_path):
-    path = tmp_path / "table.h5"
-    path.write_bytes(table_path.read_bytes())
-    table = sampler.load(path)
-    # the same again is no change
-    sampler.write_table(path, contents)
-    assert table.contents.content_sha256 == contents.content_sha256
-    quantiles = contents["marginals/quantiles"].copy()
-    quantiles[0, 0, 0] *= np.float32(0.5)
-    changed = {**contents.datasets, "marginals/quantiles": quantiles}
-    sampler.write_table(path, replace(contents, datasets=changed))
-    with pytest.raises(
-        TableError, match="the file has changed since the table was loaded; load it again"
-    ):
-        table.contents  # noqa: B018
-    path.unlink()
-    with pytest.raises(TableError, match="there is no file"):
-        table.contents  # noqa: B018

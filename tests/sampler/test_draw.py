@@ -60,7 +60,8 @@ def test_words_at_their_ends(script, contents, places):
 
 @pytest.mark.parametrize("make", SMALL_TABLES.values(), ids=SMALL_TABLES)
 def test_draws_from_keys(make):
-    table, rng, n = sampler.Table(make()), np.random.default_rng(5), 200
+    contents, rng, n = make(), np.random.default_rng(5), 200
+    table = sampler.Table(contents)
     alpha1, speed = rng.uniform(*table.alpha_range, n), rng.uniform(*table.speed_range, n)
     index = rng.integers(0, 2**64, n, dtype=np.uint64)
     hit = rng.integers(0, 2**32, n, dtype=np.uint32)
@@ -68,7 +69,7 @@ def test_draws_from_keys(make):
     states = table.sample(alpha1, speed, seed=seed, index=index, hit=hit)
     for k in range(n):
         words = key_words(seed, int(index[k]), int(hit[k]))
-        expected = reference_draw(table.contents, alpha1[k], speed[k], words)
+        expected = reference_draw(contents, alpha1[k], speed[k], words)
         np.testing.assert_allclose(states[k], expected, rtol=0, atol=TOLERANCE)
 
 

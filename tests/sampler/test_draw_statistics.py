@@ -64,29 +64,28 @@ def _at_node(i, j):
 
 
 def _node_draws(table, i, j, seed=1):
-    contents = table.contents
-    alpha1 = np.deg2rad(contents["axes/alpha_deg"][i])
-    return table.sample(alpha1, contents["axes/speed"][j], seed=seed, index=np.arange(N))
+    alpha1 = np.deg2rad(table.alpha_nodes_deg[i])
+    return table.sample(alpha1, table.speed_nodes[j], seed=seed, index=np.arange(N))
 
 
-def _without_reflection(table):
-    datasets = dict(table.contents.datasets)
+def _without_reflection(contents):
+    datasets = dict(contents.datasets)
     datasets["dependence/reflection"] = np.zeros_like(datasets["dependence/reflection"])
     return sampler.Table(make_contents(datasets))
 
 
 @pytest.mark.parametrize(("i", "j"), [(0, 0), (2, 2)])
-def test_marginals_at_a_node(standard_table, i, j):
-    scores = _scores(standard_table.contents, _node_draws(standard_table, i, j), _at_node(i, j))
+def test_marginals_at_a_node(standard_contents, standard_table, i, j):
+    scores = _scores(standard_contents, _node_draws(standard_table, i, j), _at_node(i, j))
     assert (_ks(scores) < KS_BOUND).all()
     # Refused: a law that is off by a twentieth of a standard deviation, or by 5 % in width.
     assert (_ks(scores + 0.05) > KS_BOUND).all()
     assert (_ks(scores * 1.05) > KS_BOUND).all()
 
 
-def test_marginals_between_nodes(standard_table):
+def test_marginals_between_nodes(standard_contents, standard_table):
     """The quantile function between nodes is the average with the bilinear weights."""
-    contents = standard_table.contents
+    contents = standard_contents
     # Half-way in the coordinate of each axis: an independent inversion of the tabulated one.
     grid = np.deg2rad(np.linspace(20.0, 90.0, len(contents["axes/alpha_coordinate"])))
     alpha1 = np.interp(0.5, contents["axes/alpha_coordinate"], grid)
@@ -100,18 +99,18 @@ def test_marginals_between_nodes(standard_table):
     assert (_ks(_scores(contents, states, weights)) > KS_BOUND).any()
 
 
-def test_marginals_of_a_mixture(table):
+def test_marginals_of_a_mixture(contents, table):
     """Component choice, reflection and score map together give the stored marginals."""
-    scores = _scores(table.contents, _node_draws(table, 1, 2), _at_node(1, 2))
+    scores = _scores(contents, _node_draws(table, 1, 2), _at_node(1, 2))
     assert (_ks(scores) < KS_BOUND + MAP_ERROR).all()
     # Refused: the same without the reflection, which the map presumes.
-    plain = _without_reflection(table)
-    scores = _scores(table.contents, _node_draws(plain, 1, 2), _at_node(1, 2))
+    plain = _without_reflection(contents)
+    scores = _scores(contents, _node_draws(plain, 1, 2), _at_node(1, 2))
     assert (_ks(scores)[3:] > KS_BOUND + MAP_ERROR).any()
 
 
-def test_correlations_of_the_scores(standard_table):
-    contents = standard_table.contents
+def test_correlations_of_the_scores(standard_contents, standard_table):
+    contents = standard_contents
     factor = np.zeros((6, 6))
     factor[np.tril_indices(6)] = contents["dependence/cholesky"][1, 1, 0] / 4096.0
     scores = _scores(contents, _node_draws(standard_table, 1, 1), _at_node(1, 1))

@@ -58,10 +58,10 @@ def conditions(seed=1):
     return rng.uniform(0.02, np.pi / 2, N), rng.uniform(20.0, 290.0, N), spin
 
 
-def inertias(table, seed=1, grains=None):
-    """Inertias that the grains can have, some at an end, and some that are not known."""
-    least, most = moments(table.contents, table.grains(5, INDEX) if grains is None else grains)
-    kappa = np.random.default_rng(seed).uniform(0.0, 1.0, least.size)
+def inertias(contents):
+    """Inertias that the own grains can have, some at an end, and some that are not known."""
+    least, most = moments(contents, sampler.Table(contents).grains(5, INDEX))
+    kappa = np.random.default_rng(1).uniform(0.0, 1.0, least.size)
     kappa[::7], kappa[1::7] = 0.0, 1.0
     inertia = [reference_inertia(*one) for one in zip(kappa, least, most, strict=True)]
     return np.array(inertia) * (np.arange(least.size) % 4 > 0)
@@ -99,7 +99,7 @@ class TestSample:
         """Equal bits away from the fold, sigma_x = 0, next to which chance chooses the side."""
         alpha1, speed, spin = conditions()
         spin[::3] *= 1e-3
-        after, before = np.empty((2, N)), inertias(table)
+        after, before = np.empty((2, N)), inertias(CONTENTS)
         states = table.sample(
             alpha1, speed, spin=spin, inertia=before, inertia_after=after[0], **KEYS
         )
@@ -153,8 +153,8 @@ class TestSpecification:
         table = sampler.Table(contents)
         for index in (0, 1, 2**40, 2**64 - 1, *range(100, 160)):
             expected = reference_grain(contents, 2**63 + 9, index)
-            found = table.grains(2**63 + 9, index)
-            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
+            grain = table.grains(2**63 + 9, index)
+            np.testing.assert_allclose(grain, expected, rtol=0, atol=1e-13)
 
     @pytest.mark.parametrize("contents", [CONTENTS, WITH_WORKS, UNUSED])
     def test_states(self, contents):
@@ -250,15 +250,16 @@ class TestRebound:
         speed, lost = speed[:, None], np.full((N, 2), -1.0)
         velocity = speed * np.stack([np.cos(alpha1), -np.sin(alpha1), 0.0 * alpha1], axis=1)
         given = {"omega": None if spin is None else spin * speed / 2e-5, "grain": grain} | KEYS
-        given |= {"inertia": None if spin is None else inertias(table)}
+        given |= {"inertia": None if spin is None else inertias(contents)}
         after = table.rebound(velocity, (0, 1, 0), 2e-5, works=lost, **given)
-        found = after.velocity / speed, after.omega * 2e-5 / speed, lost / (0.5 * speed**2)
         inertia = np.empty(N)
-        how = {"spin": spin, "inertia": given["inertia"], "inertia_after": inertia}
-        states = table.sample(alpha1, speed[:, 0], **how, **KEYS)
+        spinning = {"spin": spin, "inertia": given["inertia"], "inertia_after": inertia}
+        states = table.sample(alpha1, speed[:, 0], **spinning, **KEYS)
         # a condition that is rounded otherwise may fall into another leaf, or to another expert
-        found = np.column_stack([*found, after.inertia])
-        close = np.isclose(found, np.column_stack([states, inertia]), rtol=0, atol=1e-4)
+        works_after = lost / (0.5 * speed**2)
+        parts = after.velocity / speed, after.omega * 2e-5 / speed, works_after, after.inertia
+        rebounds = np.column_stack(parts)
+        close = np.isclose(rebounds, np.column_stack([states, inertia]), rtol=0, atol=1e-4)
         assert close.all(axis=1).mean() > 0.98
         without = table.rebound(velocity, (0, 1, 0), 2e-5, **given)
         np.testing.assert_array_equal(np.column_stack(after), np.column_stack(without))
@@ -270,25 +271,25 @@ class TestRebound:
         velocity, normal, _ = lab()
         given = velocity, normal, 1e-5
         zeros = table.rebound(*given, omega=np.zeros(3), roughness=roughness, **KEYS)
-        found = table.rebound(*given, roughness=roughness, **KEYS)
-        np.testing.assert_array_equal(np.column_stack(found), np.column_stack(zeros))
+        at_rest = table.rebound(*given, roughness=roughness, **KEYS)
+        np.testing.assert_array_equal(np.column_stack(at_rest), np.column_stack(zeros))
 
     def test_fresh_and_no_omega_is_a_first_impact(self, table):
         velocity, normal, _ = lab()
         plain = sampler.Table(make_contents(least_inertia=CONTENTS.least_inertia))
         expected = plain.rebound(velocity, normal, 1e-5, grain="fresh", **KEYS)
-        found = table.rebound(velocity, normal, 1e-5, grain="fresh", **KEYS)
-        np.testing.assert_array_equal(np.column_stack(found), np.column_stack(expected))
-        assert not found.inertia.any()
+        first = table.rebound(velocity, normal, 1e-5, grain="fresh", **KEYS)
+        np.testing.assert_array_equal(np.column_stack(first), np.column_stack(expected))
+        assert not first.inertia.any()
         # on a rough wall, where all facets of a hit meet one grain, it is one of that grain
-        how = {"grain": "fresh", "roughness": 0.4, **KEYS}
-        rough = table.rebound(velocity, normal, 1e-5, **how)
-        at_rest = table.rebound(velocity, normal, 1e-5, omega=np.zeros(3), **how)
+        facets = {"grain": "fresh", "roughness": 0.4, **KEYS}
+        rough = table.rebound(velocity, normal, 1e-5, **facets)
+        at_rest = table.rebound(velocity, normal, 1e-5, omega=np.zeros(3), **facets)
         np.testing.assert_array_equal(np.column_stack(rough), np.column_stack(at_rest))
 
 
-def wild(seed, contents=CONTENTS):
-    """Table with quantiles that no particle has, at the bounds of what is accepted."""
+def wild_contents(seed, contents=CONTENTS):
+    """Contents with quantiles that no particle has, at the bounds of what is accepted."""
     rng, datasets = np.random.default_rng(seed), dict(contents.datasets)
     shape = datasets["spin/quantiles"].shape
     knots = np.sort(rng.standard_normal(shape) * 10.0 ** rng.uniform(-3, 5, (*shape[:2], 1)))
@@ -297,7 +298,7 @@ def wild(seed, contents=CONTENTS):
     nodes = datasets["marginals/quantiles"].astype(np.float64)
     nodes[..., [2, 4, 5], :] *= 10.0 ** rng.uniform(0, 6)
     changed = {"spin/quantiles": knots.astype(np.float32), "marginals/quantiles": nodes}
-    return sampler.Table(replace(contents, datasets=datasets | changed, least_inertia=0.05))
+    return replace(contents, datasets=datasets | changed, least_inertia=0.05)
 
 
 #: Draws of a test of energy; `pytest -m study` makes 10**7 in all.
@@ -321,17 +322,16 @@ class TestEnergy:
 
     @pytest.mark.parametrize("wild_ones", [False, True])
     def test_adds_up(self, wild_ones):
-        table = wild(1, WITH_WORKS) if wild_ones else sampler.Table(WITH_WORKS)
-        check_energy(table, MANY, 7)
+        check_energy(wild_contents(1, WITH_WORKS) if wild_ones else WITH_WORKS, MANY, 7)
 
     @pytest.mark.study(reason="10**7 draws")
     def test_adds_up_in_many_draws(self):
-        check_energy(sampler.Table(WITH_WORKS), 5 * 10**6, 8)
+        check_energy(WITH_WORKS, 5 * 10**6, 8)
 
     @pytest.mark.parametrize("seed", range(3))
     def test_is_never_gained(self, seed):
         """Without works, and of inertias that are not known, for which the largest bounds it."""
-        table = wild(seed)
+        table = sampler.Table(wild_contents(seed))
         alpha1, speed, spin, _ = extreme(MANY, seed)
         index, after = np.arange(MANY), np.empty(MANY)
         _, most = moments(CONTENTS, table.grains(5, index))
@@ -344,7 +344,7 @@ class TestEnergy:
     def test_is_never_gained_in_a_cascade(self):
         """Nor with the works of all bounces; inertias go from one to the next."""
         table, (velocity, normal, omega) = sampler.Table(WITH_WORKS), lab()
-        k, works = inertias(table), np.empty((N, 2))
+        k, works = inertias(WITH_WORKS), np.empty((N, 2))
         given = {"roughness": 0.5, "isotropic": True, "omega": omega, "works": works}
         after = table.rebound(velocity, normal, 1e-6, inertia=k, **given, **KEYS)
         _, most = moments(WITH_WORKS, table.grains(5, INDEX))
@@ -357,16 +357,17 @@ class TestEnergy:
     @pytest.mark.parametrize("seed", range(3))
     def test_of_first_impacts(self, seed):
         alpha1, speed, _ = conditions(seed)
-        states = wild(seed).sample(alpha1, speed, **KEYS)
+        states = sampler.Table(wild_contents(seed)).sample(alpha1, speed, **KEYS)
         after = (states[:, :3] ** 2).sum(axis=1) + 0.05 * (states[:, 3:] ** 2).sum(axis=1)
         assert (after <= 1.0 + 1e-12).all()
         assert (after > 1.0 - 1e-9).any()
 
 
-def check_energy(table, n, seed):
+def check_energy(contents, n, seed):
+    table = sampler.Table(contents)
     alpha1, speed, spin, kappa = extreme(n, seed)
     index, after = np.arange(n), np.empty(n)
-    least, most = moments(table.contents, table.grains(5, index))
+    least, most = moments(contents, table.grains(5, index))
     inertia = most * least / (most - kappa * (most - least))
     keys = {"seed": 5, "index": index, "hit": 1}
     states = table.sample(alpha1, speed, spin=spin, inertia=inertia, inertia_after=after, **keys)

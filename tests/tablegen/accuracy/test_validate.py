@@ -49,7 +49,7 @@ def validated(tiny, tmp_path):
 
     def run(tamper=lambda contents: contents):
         path = tmp_path / "tight.h5"
-        write_table(path, declaring(tamper(tiny.generated.table.contents), **TIGHT))
+        write_table(path, declaring(tamper(read_table(tiny.path)), **TIGHT))
         return validate(path, conditions=2, samples=20_000, seed=1)
 
     return run
@@ -78,7 +78,7 @@ class TestVerdict:
     def test_a_forged_accuracy_stands_beside_the_measured_one(self, tiny, tmp_path):
         """The table is garbage, declares little accuracy, and stores distances of 0."""
         path = tmp_path / "forged.h5"
-        contents = tiny.generated.table.contents
+        contents = read_table(tiny.path)
         write_table(path, forged(garbage(contents, np.ones((2, 2), dtype=bool))))
         result = validate(path, **QUICK)
         assert result.holds
@@ -124,7 +124,7 @@ class TestRefusals:
         if set(change) <= {"domain", "table", "spin"}:
             change = {"config": TINY.with_changes(change).text}
         path = tmp_path / "t.h5"
-        write_table(path, replace(tiny.generated.table.contents, **change))
+        write_table(path, replace(read_table(tiny.path), **change))
         refused(f"{path}: {field}", validate, path)
 
 
@@ -149,7 +149,7 @@ def spinning(tiny, tmp_path, monkeypatch):
 
         monkeypatch.setattr(VALIDATE, "Table", SpinTable)
         path = tmp_path / "spinning.h5"
-        contents = with_spin_law(tiny.generated.table.contents)
+        contents = with_spin_law(read_table(tiny.path))
         write_table(path, replace(contents, config=SPINNING.text))
         return path
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from corrupt_tables import NODE_DATASETS, garbage, unreflected, with_datasets
 
-import sampler
-from sampler.formats.hdf5 import write_table
+from sampler.files import find_table
+from sampler.formats.hdf5 import read_table, write_table
 from tablegen.accuracy.validate import validate
 from tablegen.config.config import load_config
 from tablegen.tables.axes import Grid, make_axes
@@ -74,6 +74,6 @@ WRONG = {
 @pytest.mark.parametrize("change", WRONG)
 def test_is_found_by_the_default_validation(tmp_path, change):
     path = tmp_path / "wrong.h5"
-    write_table(path, WRONG[change](sampler.load("corundum-steel").contents))
+    write_table(path, WRONG[change](read_table(find_table("corundum-steel"))))
     result = validate(path)
     assert result.missed, f"seed {result.seed}"

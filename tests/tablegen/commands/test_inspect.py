@@ -15,7 +15,7 @@ from tiny_tables import TINY
 
 import sampler
 from sampler.files import find_config
-from sampler.formats.hdf5 import write_table
+from sampler.formats.hdf5 import read_table, write_table
 from tablegen.commands.inspect import identity, identity_text
 from tablegen.config.config import load_config
 from tablegen.config.metric_table import PRESETS
@@ -26,7 +26,7 @@ def test_describes_the_table(run, tiny):
     ended, table = run("inspect", tiny.path), sampler.load(tiny.path)
     assert (ended.status, ended.err) == (DONE, "")
     largest = f"AUC {table.accuracy['auc'].max():.3f}"
-    for words in ("35 to 45 deg, 60 to 300 m/s", table.contents.content_sha256, largest):
+    for words in ("35 to 45 deg, 60 to 300 m/s", table.content_sha256, largest):
         assert words in ended.out
     written = run("inspect", tiny.path, "--config").out
     assert written.startswith("# Before you change alpha_deg in [domain], delete alpha_nodes_deg")
@@ -57,7 +57,7 @@ def test_a_table_without_measured_accuracy(run, tmp_path):
 
 
 def test_loose_and_missed_declarations_are_noted(run, tiny, tmp_path):
-    contents, path = tiny.generated.table.contents, tmp_path / "t.h5"
+    contents, path = read_table(tiny.path), tmp_path / "t.h5"
     write_table(path, forged(contents))
     assert "declares little accuracy: ks 1, sliced_wasserstein 1e+06," in run("inspect", path).out
     write_table(path, declaring(contents, ks=0.001))
@@ -66,7 +66,7 @@ def test_loose_and_missed_declarations_are_noted(run, tiny, tmp_path):
 
 
 def test_declared_accuracy_of_a_preset_and_of_nonsense(tiny):
-    contents = tiny.generated.table.contents
+    contents = read_table(tiny.path)
     compact = replace(contents, config='accuracy.preset = "compact"\naccuracy.ks = 0.5')
     assert identity(compact)["declared"] == {**PRESETS["compact"], "ks": 0.5}
     unreadable = replace(contents, config='accuracy.ks = "small"')

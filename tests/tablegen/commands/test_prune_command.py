@@ -6,14 +6,14 @@ import pytest
 from tiny_tables import TINY
 
 import sampler
-from sampler.formats.hdf5 import write_table
+from sampler.formats.hdf5 import read_table, write_table
 
 
 @pytest.fixture
 def other(tiny, tmp_path):
     """The tiny table under the name of another pair."""
     path, config = tmp_path / "my-pair.h5", TINY.with_changes({"pair": {"name": "my-pair"}})
-    contents = tiny.generated.table.contents
+    contents = read_table(tiny.path)
     write_table(path, replace(contents, pair="my-pair", config=config.text))
     return path
 

@@ -10,7 +10,7 @@ from command_line import DONE, MISSED
 from corrupt_tables import declaring, lopsided
 
 import sampler
-from sampler.formats.hdf5 import write_table
+from sampler.formats.hdf5 import read_table, write_table
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
 
@@ -21,7 +21,7 @@ WORDS = ("--conditions", 1, "--samples", 4000, "--seed", 1, "--quiet")
 def wrong(tiny, tmp_path):
     """A table whose w is moved to one side, with a Kolmogorov-Smirnov distance of 0.2."""
     path = tmp_path / "wrong.h5"
-    contents = lopsided(tiny.generated.table.contents, 0.15)
+    contents = lopsided(read_table(tiny.path), 0.15)
     write_table(path, declaring(contents, ks=1.0, sliced_wasserstein=9.0, auc=1.0))
     return path
 
@@ -76,5 +76,5 @@ def test_accuracy_may_be_stored(run, tiny, tmp_path):
     ended = run("validate", path, "--store", *WORDS)
     assert ended.status == DONE
     table = sampler.load(path)
-    assert f"accuracy stored, content SHA-256 {table.contents.content_sha256}" in ended.out
+    assert f"accuracy stored, content SHA-256 {table.content_sha256}" in ended.out
     assert table.accuracy["auc"].shape == (1,)

@@ -8,7 +8,7 @@ from refusals import refused
 from tiny_tables import TINY
 
 import sampler
-from sampler.formats.hdf5 import write_table
+from sampler.formats.hdf5 import read_table, write_table
 from tablegen.config.config import load_config
 from tablegen.evidence import methods
 from tablegen.evidence.benchmark import Budget, batch_errors, batch_mean, forbidden_share
@@ -60,7 +60,7 @@ def test_direct_methods_follow_their_settings(case):
 
 def test_tables_beside_are_of_the_pair_the_range_and_all_variables(tiny, tmp_path):
     mine, other, part = sampler.load(tiny.path), tmp_path / "other.h5", tmp_path / "part.h5"
-    write_table(other, replace(mine.contents, pair="sand-glass"))
+    write_table(other, replace(read_table(tiny.path), pair="sand-glass"))
     assert "pair: got sand-glass" in refused(other, methods.other_table, str(other), mine)
     whole = sampler.load("corundum-steel")
     assert "alpha_range" in refused(tiny.path, methods.other_table, str(tiny.path), whole)

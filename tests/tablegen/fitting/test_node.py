@@ -36,8 +36,8 @@ def node_config(columns=STATE, **table):
     )
 
 
-def one_node_table(config):
-    return Table(assemble(config, make_axes(config), [fit_node(config, ALPHA_DEG, SPEED)]))
+def one_node_contents(config):
+    return assemble(config, make_axes(config), [fit_node(config, ALPHA_DEG, SPEED)])
 
 
 def draws(table, count=N):
@@ -67,8 +67,8 @@ def test_numbers_beyond_the_steps_of_a_file_are_an_error():
 
 def test_draws_match_the_simulation():
     config = node_config(**USUAL)
-    table, direct = one_node_table(config), simulated(config).state
-    drawn = draws(table)
+    contents, direct = one_node_contents(config), simulated(config).state
+    drawn = draws(Table(contents))
     assert ks_distances(drawn, direct).max() < KS_BOUND
     assert correlation_error(drawn, direct).value < CORRELATION_BOUND
     assert auc(drawn, direct, Settings()).value < AUC_BOUND
@@ -76,7 +76,7 @@ def test_draws_match_the_simulation():
     shuffled = independent_columns(drawn, seed=1)
     assert correlation_error(shuffled, direct).value > CORRELATION_BOUND
     assert auc(shuffled, direct, Settings()).value > AUC_BOUND
-    independent = draws(Table(independent_channels(table.contents)))
+    independent = draws(Table(independent_channels(contents)))
     assert correlation_error(independent, direct).value > CORRELATION_BOUND
     other = simulated(config, alpha_deg=ALPHA_DEG + 5.0).state
     assert ks_distances(drawn, other).max() > KS_BOUND
@@ -85,7 +85,7 @@ def test_draws_match_the_simulation():
 @pytest.mark.parametrize("columns", [("u", "v"), VARIABLES[:8], (*STATE, *WORKS)], ids=len)
 def test_draws_of_a_scene_match_the_simulation(columns):
     config = node_config(columns, **USUAL)
-    table = one_node_table(config)
+    table = Table(one_node_contents(config))
     assert table.columns == columns
     drawn, direct = draws(table), simulated_variables(simulated(config), columns)
     assert ks_distances(drawn, direct).max() < KS_BOUND
@@ -111,7 +111,7 @@ def test_draws_have_the_marginals_of_the_sample():
     stream = node_stream(ALPHA_DEG, SPEED)
     node_sample = simulated(config, 20_000, seed=config.table.seed, stream=stream)
     sample = simulated_variables(node_sample, columns)
-    contents = one_node_table(config).contents
+    contents = one_node_contents(config)
     assert ks_distances(draws(Table(contents), count), sample).max() < bound
     # refused: another mixture, and the mixture without its reflections
     for name, change in (("mean", 400), ("reflection", -4096)):

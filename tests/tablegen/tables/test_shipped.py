@@ -6,7 +6,8 @@ import pytest
 from corrupt_tables import shifted_speeds
 
 import sampler
-from sampler.files import data_directory
+from sampler.files import data_directory, find_table
+from sampler.formats.hdf5 import read_table
 from sampler.table import Table
 from tablegen.accuracy.conditions import pick_conditions
 from tablegen.accuracy.judgement import judge
@@ -23,8 +24,13 @@ BYTES, BYTES_WITHOUT_SPIN = 10_200_000, 6_000_000
 
 
 @pytest.fixture(scope="module")
-def table():
-    return sampler.load("corundum-steel")
+def contents():
+    return read_table(find_table("corundum-steel"))
+
+
+@pytest.fixture(scope="module")
+def table(contents):
+    return Table(contents)
 
 
 class TestProvenance:
@@ -39,9 +45,9 @@ class TestProvenance:
         names = {"name": configuration.name, "pair": {"name": CONFIG.name}}
         assert CONFIG.with_changes(nodes | names).text == configuration.text
 
-    def test_sizes_are_the_generators(self, table):
-        assert table.contents["dependence/alias_probability"].shape[-1] in LADDER
-        assert table.contents["marginals/quantiles"].shape[-1] == resolution(CONFIG).knots
+    def test_sizes_are_the_generators(self, contents, table):
+        assert contents["dependence/alias_probability"].shape[-1] in LADDER
+        assert contents["marginals/quantiles"].shape[-1] == resolution(CONFIG).knots
         # a search began with such a grid, and halved intervals
         axes = make_axes(CONFIG)
         widest = np.diff(np.sqrt(axes.alpha_deg)).max()
@@ -66,12 +72,14 @@ class TestAccuracy:
         for metric, asked in ASKED.items():
             assert stored[metric].max() <= getattr(declared, metric) <= factor * asked
 
-    def test_holds_and_a_table_shifted_by_a_speed_node_is_refused(self, table, monkeypatch):
+    def test_holds_and_a_table_shifted_by_a_speed_node_is_refused(
+        self, contents, table, monkeypatch
+    ):
         def missed(a_table, places, samples):
             distances = measure(a_table, CONFIG, places, seed=11, samples=samples)
             return {number.name for number in judge(distances, CONFIG.accuracy) if not number.holds}
 
-        places, wrong = pick_conditions(table, 2, 11), Table(shifted_speeds(table.contents))
+        places, wrong = pick_conditions(table, 2, 11), Table(shifted_speeds(contents))
         assert missed(table, places, 50_000) == set()
         monkeypatch.setattr("tablegen.accuracy.metrics.TREES", 20)  # others tell it apart
         assert {"ks", "sliced_wasserstein"} <= missed(wrong, places[1:], 20_000)
