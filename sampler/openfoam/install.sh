@@ -64,7 +64,7 @@ build_wmake() {
 }
 
 system="$(. /etc/os-release 2>/dev/null && echo "${ID:-unknown} ${VERSION_ID:-}" || echo unknown)"
-[ "$system" = "debian 12" ] || fail "system: got $system, allowed: debian 12 (bookworm)"
+[ "$system" = "debian 12" ] || fail "this is $system; the packages are those of debian 12 (bookworm)"
 
 install_packages
 fetch_source

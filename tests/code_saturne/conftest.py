@@ -14,7 +14,7 @@ def work(tmp_path_factory):
     """Working folder with solver, mesh and table; skips where code_saturne is missing."""
     solver = shutil.which("code_saturne")
     if solver is None:
-        pytest.skip("code_saturne: got none, allowed: that of sampler/code_saturne/install.sh")
+        pytest.skip("code_saturne is not installed; run: sampler/code_saturne/install.sh")
     folder = tmp_path_factory.mktemp("code_saturne")
     export = [sys.executable, "-m", "sampler", "export", "corundum-steel"]
     root = Path(__file__).resolve().parents[2]

@@ -333,15 +333,15 @@ def tables(work):
         (None, "halfSizeRule 0;", "halfSizeRule: got 0"),
         (None, "deposit { speed 0; }", "deposit.speed: got 0"),
         (None, "gasTorque -1;", "gasTorque: got -1"),
-        (None, "spin no; gasTorque 1;", "gasTorque: got 1"),
+        (None, "spin no; gasTorque 1;", "gasTorque: parcels keep no spin"),
         (None, "roughness { tilt_deg 29; }", "roughness.tilt_deg: got 29"),
         (None, "faceHistograms yes; histogramSpeed 0;", "histogramSpeed: got 0"),
         (None, "roughness { Ra 1e-6; Rq 1e-6; }", "Entry 'RSm' not found in dictionary"),
         (None, "roughness { Ra 1; Rq 1; RSm 1; }", "and a parcel of diameter 5e-05 m, allowed:"),
         ("none", "", "the file does not exist, or may not be read"),
         ("short", "", "the file is damaged: "),
-        ("plain", "spin yes;", "spin: got yes"),
-        ("fast", "outOfRange error;", " rad/s, allowed: 0.5 to 90 deg"),
+        ("plain", "spin yes;", "spin: the table has no spin law"),
+        ("fast", "outOfRange error;", " rad/s, allowed: 0.05 to 90 deg"),
     ],
 )
 def test_a_wrong_entry_is_refused(work, tables, started, file, entries, message, tmp_path):
@@ -360,7 +360,7 @@ def test_kinematic_parcels_keep_no_spin_beside_a_dispersion_model(work, started,
     edits = [(CLOUD, "dispersionModel none;", "dispersionModel stochasticDispersionRAS;")]
     with pytest.raises(foam_run.FoamError) as refusal:
         shots.run_shots(work, tmp_path / "case", started, "kinematic", edits=edits)
-    assert "spin: got yes, allowed: no, with kinematic parcels and a dis" in str(refusal.value)
+    assert "spin: UTurb of a kinematic parcel keeps the spin" in str(refusal.value)
 
 
 def test_bend(work):

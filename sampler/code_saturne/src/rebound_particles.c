@@ -79,8 +79,8 @@ static void resume_attribute(cs_restart_t *file, int location, int k, cs_real_t 
              cs_lagr_attribute_name[CS_LAGR_USER], k);
     if (cs_restart_read_section(file, section, location, 1, CS_TYPE_cs_real_t, values) !=
         CS_RESTART_SUCCESS)
-        bft_error(__FILE__, __LINE__, 0, "restart: got particles without the user attribute %d, "
-                  "allowed: a run with our sources and as many user attributes before ours", k);
+        bft_error(__FILE__, __LINE__, 0, "restart: the file has no user attribute %d of particles; "
+                  "restart from a run with these sources and the same user attributes before ours", k);
 }
 
 /* code_saturne 6.0 writes user attributes one by one, but as it reads them each one overwrites all:
@@ -93,8 +93,8 @@ void rebound_particles_resume(void)
     cs_real_t *values = NULL;
     const int location = cs_restart_read_particles_info(file, "particle_coords::vals::0", &n);
     if (location < 0 || n != particles->n_particles)
-        bft_error(__FILE__, __LINE__, 0, "restart: got %d particles in the file and %d in the run, "
-                  "allowed: equal numbers", (int)n, (int)particles->n_particles);
+        bft_error(__FILE__, __LINE__, 0, "restart: the file has %d particles, but the run has %d; "
+                  "restart from the last checkpoint of one run", (int)n, (int)particles->n_particles);
     BFT_MALLOC(cells, n, cs_lnum_t);
     BFT_MALLOC(values, 3 * n, cs_real_t);
     cs_restart_read_particles(file, location, cells, values); /* needed before their sections */

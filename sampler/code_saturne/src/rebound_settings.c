@@ -1,7 +1,8 @@
 /* rebound_settings.c - read the settings of wall rebounds and open the table.
 
-   Lines are `name value`; `#` begins a comment. A mistake ends the run with one line
-   "rebound_wall.cfg: NAME: got X, allowed: Y". Part of rebound-tables; MIT licence. */
+   Lines are `name value`; `#` begins a comment. A mistake ends the run with one line, which names the
+   file and the setting. It says what the value is and what is allowed, or what is wrong and what to do.
+   Part of rebound-tables; MIT licence. */
 
 #include <errno.h>
 #include <float.h>
@@ -24,11 +25,17 @@ enum { SPIN_IF_POSSIBLE = -1 };
 
 #define DEGREE (3.14159265358979323846 / 180.0)
 
-/* End the run because of a setting. */
-static void refuse(const char *name, const char *got, const char *allowed)
+/* End the run because of the value of a setting. */
+static void refuse(const char *name, const char *value, const char *allowed)
 {
     bft_error(__FILE__, __LINE__, 0, "%s: %s: got %s, allowed: %s", REBOUND_SETTINGS_FILE, name,
-              got, allowed);
+              value, allowed);
+}
+
+/* End the run because of a setting that is missing, or does not go together with others; say what to do. */
+static void refuse_setting(const char *name, const char *problem)
+{
+    bft_error(__FILE__, __LINE__, 0, "%s: %s: %s", REBOUND_SETTINGS_FILE, name, problem);
 }
 
 /* Read a whole number of 64 bits. */
@@ -108,10 +115,9 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
     } else if (strcmp(name, "isotropic") == 0) {
         settings->isotropic = read_choice(name, value, "no", "yes");
     } else if (!take_number(settings, name, value)) {
-        refuse(name, "a name that is unknown",
-               "table, seed, spin, out_of_range, half_size, gas_torque, deposit_speed, "
-               "deposit_diameter, face_sums, face_histograms, histogram_speed, tilt_deg, isotropic, "
-               "Ra, Rq, RSm");
+        refuse_setting(name, "no setting has this name; the names are table, seed, spin, out_of_range, "
+                             "half_size, gas_torque, deposit_speed, deposit_diameter, face_sums, "
+                             "face_histograms, histogram_speed, tilt_deg, isotropic, Ra, Rq, RSm");
     }
 }
 
@@ -122,20 +128,21 @@ static void read_file(rebound_settings_t *settings)
     int has_seed = 0;
     FILE *file = fopen(REBOUND_SETTINGS_FILE, "r");
     if (file == NULL)
-        bft_error(__FILE__, __LINE__, 0, REBOUND_SETTINGS_FILE ": got none, allowed: one in DATA");
+        bft_error(__FILE__, __LINE__, 0, REBOUND_SETTINGS_FILE ": the file is missing; put it into DATA");
     while (fgets(line, sizeof line, file) != NULL) {
         line[strcspn(line, "#\n")] = '\0';
         const int words = sscanf(line, "%63s %255s %1s", name, value, more);
         if (words == 2)
             take(settings, &has_seed, name, value);
         else if (words > 0)
-            refuse(name, words == 1 ? "no value" : "more than one value", "`name value`");
+            refuse_setting(name, words == 1 ? "the value is missing; write `name value`"
+                                            : "the line has more than one value; write `name value`");
     }
     fclose(file);
     if (settings->table[0] == '\0')
-        refuse("table", "none", "a file that `sampler export` wrote");
+        refuse_setting("table", "the setting is missing; give a file that `sampler export` wrote");
     if (!has_seed)
-        refuse("seed", "none", "0 to 18446744073709551615");
+        refuse_setting("seed", "the setting is missing; give a number from 0 to 18446744073709551615");
 }
 
 /* Fill the settings that were not given from the table, and refuse those that the table cannot fulfil. */
@@ -146,23 +153,25 @@ static void check_table(rebound_settings_t *settings, const rbt_table *table)
         has_spin = has_spin && rbt_has_variable(table, k);
     for (int k = RBT_U; k <= RBT_W; k++)
         if (!rbt_has_variable(table, k))
-            refuse("table", "one without all velocity components", "one with u, v, w");
+            refuse_setting("table", "the table lacks a component of the velocity; give one with u, v, w");
     if (settings->spin == SPIN_IF_POSSIBLE)
         settings->spin = has_spin;
     if (settings->spin && !has_spin)
-        refuse("spin", "yes", "no, with a table without spin law");
+        refuse_setting("spin", "the table has no spin law; write `spin no`, or give another table");
     if (settings->half_size == 0.0) /* only a spin depends on it */
         settings->half_size = has_spin ? rbt_mean_half_size(table, 1.0) : 0.5;
     if (settings->half_size == 0.0)
-        refuse("half_size", "none", "a positive number, for a table with meshes");
+        refuse_setting("half_size", "the setting is missing, and a table with meshes does not know it; "
+                                    "give a positive number");
     if (settings->face_histograms && settings->histogram_speed == 0.0)
         settings->histogram_speed = rbt_highest_speed(table);
     if (settings->face_histograms && settings->histogram_speed == 0.0)
-        refuse("histogram_speed", "none", "a positive speed in m/s, for a table of any speed");
+        refuse_setting("histogram_speed", "the setting is missing, and the table has no highest speed; "
+                                          "give a speed in m/s");
     if (settings->gas_torque < 0.0) /* not given */
         settings->gas_torque = settings->spin;
     if (!settings->spin && settings->gas_torque > 0.0)
-        refuse("gas_torque", "a positive number", "0, where no spin is kept");
+        refuse_setting("gas_torque", "particles keep no spin for the gas to slow; write `gas_torque 0`");
 }
 
 double rebound_settings_roughness(const rebound_settings_t *settings, double diameter)
@@ -171,7 +180,7 @@ double rebound_settings_roughness(const rebound_settings_t *settings, double dia
     if (settings->rsm <= 0.0)
         return settings->tilt_deg * DEGREE;
     if (rbt_wall_tilt(settings->ra, settings->rq, settings->rsm, diameter, &tilt) < RBT_OK)
-        refuse("RSm", "a profile whose facets are too steep", "Ra and Rq up to 0.27 RSm");
+        refuse_setting("RSm", "the facets of the profile are too steep; Ra and Rq may be up to 0.27 RSm");
     return tilt;
 }
 
@@ -180,11 +189,11 @@ static void check_profile(const rebound_settings_t *settings)
 {
     const int profile = settings->ra > 0.0 || settings->rq > 0.0 || settings->rsm > 0.0;
     if (profile && settings->tilt_deg > 0.0)
-        refuse("tilt_deg", "a positive number beside a profile", "one of both");
+        refuse_setting("tilt_deg", "Ra, Rq and RSm give a tilt as well; leave out one of the two");
     if (profile && settings->rsm <= 0.0)
-        refuse("RSm", "none", "a positive length in m, with Ra and Rq");
+        refuse_setting("RSm", "the setting is missing; give it in m, with Ra and Rq");
     if (settings->isotropic && !profile && settings->tilt_deg <= 0.0)
-        refuse("isotropic", "yes", "no, with smooth walls");
+        refuse_setting("isotropic", "the walls are smooth; write `isotropic no`, or give a roughness");
 }
 
 struct rbt_table *rebound_settings_read(rebound_settings_t *settings)
@@ -196,8 +205,8 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings)
     check_profile(settings);
     const int code = rbt_open(settings->table, &table);
     if (code < RBT_OK)
-        bft_error(__FILE__, __LINE__, 0, "%s: table: got %s, allowed: a file that `sampler export` "
-                  "wrote (%s)", REBOUND_SETTINGS_FILE, settings->table, rbt_strerror(code));
+        bft_error(__FILE__, __LINE__, 0, "%s: table: %s: %s; give a file that `sampler export` wrote",
+                  REBOUND_SETTINGS_FILE, settings->table, rbt_strerror(code));
     check_table(settings, table);
     return table;
 }

@@ -42,12 +42,12 @@ static void check_models(void)
 {
     const cs_lagr_model_t *model = cs_glob_lagr_model;
     if (model->agglomeration || model->fragmentation || model->precipitation)
-        bft_error(__FILE__, __LINE__, 0, "%s: table: got agglomeration, fragmentation or "
-                  "precipitation, allowed: none of them (they make particles without identity)",
+        bft_error(__FILE__, __LINE__, 0, "%s: table: agglomeration, fragmentation and "
+                  "precipitation make particles without identity; switch them off",
                   REBOUND_SETTINGS_FILE);
     if (cs_glob_lagr_time_scheme->t_order != 1)
-        bft_error(__FILE__, __LINE__, 0, "%s: table: got t_order %d, allowed: 1 (at order 2 "
-                  "code_saturne 6.0 goes back to the velocity before the rebound)",
+        bft_error(__FILE__, __LINE__, 0, "%s: table: at t_order %d code_saturne 6.0 goes back to "
+                  "the velocity before the rebound; set t_order to 1",
                   REBOUND_SETTINGS_FILE, cs_glob_lagr_time_scheme->t_order);
 }
 
@@ -68,8 +68,8 @@ static void check_periodicity(void)
     const int n = periodicity == NULL ? 0 : fvm_periodicity_get_n_transforms(periodicity);
     for (int i = 0; i < n && settings.spin; i++)
         if (fvm_periodicity_get_type(periodicity, i) >= FVM_PERIODICITY_ROTATION)
-            bft_error(__FILE__, __LINE__, 0, "%s: spin: got yes, allowed: no, with a periodicity "
-                      "of rotation", REBOUND_SETTINGS_FILE);
+            bft_error(__FILE__, __LINE__, 0, "%s: spin: a periodicity of rotation turns velocities, "
+                      "but not spins; write `spin no`", REBOUND_SETTINGS_FILE);
 }
 
 void rebound_wall_zones(void)
@@ -139,8 +139,8 @@ static cs_real_t *start_of(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     for (int k = 0; k < 3; k++) {
         const double size = fabs(start[k]) + fabs(end[k]);
         if (!(fabs(start[k] + t * (end[k] - start[k]) - hit[k]) <= 1e-9 * size))
-            bft_error(__FILE__, __LINE__, 0, "rebound_wall: got particle data in another order, "
-                      "allowed: that of code_saturne 6.0");
+            bft_error(__FILE__, __LINE__, 0, "rebound_wall: the data of particles have another order "
+                      "than in code_saturne 6.0; use that version");
     }
     return start;
 }
@@ -213,8 +213,8 @@ static int draw(cs_lagr_particle_set_t *particles, cs_lnum_t p_id, const double 
     const double inertia = attributes[REBOUND_INERTIA];
     double before[3] = {omega[0], omega[1], omega[2]}, new_velocity[3], new_omega[3], new_inertia;
     if (!(attributes[REBOUND_STEP] >= 1.0))
-        bft_error(__FILE__, __LINE__, 0, "rebound_wall: got a particle without identity, "
-                  "allowed: a call of rebound_wall_new in cs_user_lagr_in");
+        bft_error(__FILE__, __LINE__, 0, "rebound_wall: a particle has no identity; call "
+                  "rebound_wall_new in cs_user_lagr_in");
     /* rebound_wall_flight has flown the whole time step already, so go back to the time of the hit */
     fly(particles, p_id, -rest, inertia, before);
     const rbt_impacts impact = {.velocity = velocity,
@@ -306,8 +306,8 @@ void rebound_wall_interaction(cs_lagr_particle_set_t *particles, cs_lnum_t p_id,
     double normal[3], path[3], works[2] = {0.0, 0.0};
 
     if (b_zone_id < 0 || b_zone_id >= n_zones || is_symmetry[b_zone_id] < 0)
-        bft_error(__FILE__, __LINE__, 0, "rebound_wall: got zone %d of type CS_LAGR_BC_USER, "
-                  "allowed: CS_LAGR_REBOUND or CS_LAGR_SYM before rebound_wall_zones", b_zone_id);
+        bft_error(__FILE__, __LINE__, 0, "rebound_wall: zone %d has the type CS_LAGR_BC_USER; "
+                  "give it CS_LAGR_REBOUND or CS_LAGR_SYM before rebound_wall_zones", b_zone_id);
     normal_into_gas(face_id, face_norm, normal);
     for (int k = 0; k < 3; k++)
         path[k] = end[k] - c_intersect[k];

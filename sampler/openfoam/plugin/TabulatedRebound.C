@@ -14,8 +14,8 @@ void Foam::TabulatedRebound<CloudType>::checkVariables()
     };
 
     rebound::need(has(RBT_U) && has(RBT_V) && (plane || has(RBT_W)), this->coefficients(),
-        "tableFile", "a table without all velocity components",
-        plane ? "one with u, v" : "one with u, v, w");
+        "tableFile", string("the table lacks a component of the velocity; give one with ")
+          + (plane ? "u, v" : "u, v, w"));
 
     givesSpin_ = has(RBT_OMEGA_Z) && (plane || (has(RBT_OMEGA_X) && has(RBT_OMEGA_Y)));
 }
@@ -30,7 +30,7 @@ void Foam::TabulatedRebound<CloudType>::checkHalfSize()
         this->coefficients().template lookupOrDefault<scalar>("halfSizeRule", mean);
 
     grains_.halfSizeRule = given;
-    rebound::need(given > 0, this->coefficients(), "halfSizeRule", given,
+    rebound::needValue(given > 0, this->coefficients(), "halfSizeRule", given,
         mean > 0 ? "a positive number" : "a positive number, which a table with meshes needs");
 }
 
@@ -45,8 +45,8 @@ void Foam::TabulatedRebound<CloudType>::checkDeposit()
     depositSpeed_ = rebound::required<scalar>(dict, "speed");
     dict.readIfPresent("diameter", depositDiameter_);
 
-    rebound::need(depositSpeed_ > 0, dict, "deposit.speed", depositSpeed_, "a positive number");
-    rebound::need(depositDiameter_ >= 0, dict, "deposit.diameter", depositDiameter_,
+    rebound::needValue(depositSpeed_ > 0, dict, "deposit.speed", depositSpeed_, "a positive number");
+    rebound::needValue(depositDiameter_ >= 0, dict, "deposit.diameter", depositDiameter_,
         "a positive number");
 }
 
@@ -63,8 +63,9 @@ void Foam::TabulatedRebound<CloudType>::checkInjection() const
 
         const word type = model.dict().template lookupOrDefault<word>("type", "none");
 
-        rebound::need(type != "inflationInjection", models, "injectionModels", type,
-            "any other with tabulatedRebound (both need dTarget of the parcels)");
+        rebound::need(type != "inflationInjection", models, "injectionModels",
+            "inflationInjection and tabulatedRebound both need dTarget of the parcels; "
+            "inject them another way");
     }
 }
 
@@ -74,8 +75,8 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
 {
     const dictionary& coeffs = this->coefficients();
 
-    rebound::need(hasSpinLaw_ && givesSpin_, coeffs, "spin", "yes",
-        "no, with a table without spin law or angular velocities");
+    rebound::need(hasSpinLaw_ && givesSpin_, coeffs, "spin",
+        "the table has no spin law, or no angular velocities; write spin no");
 
     // No other model uses the angular momentum of parcels
     if (spinOf::ofMomentum) return;
@@ -86,8 +87,9 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
             "dispersionModel", "none"
         );
 
-    rebound::need(dispersion == "none", coeffs, "spin", "yes",
-        "no, with kinematic parcels and a dispersionModel (both need UTurb of the parcels)");
+    rebound::need(dispersion == "none", coeffs, "spin",
+        "UTurb of a kinematic parcel keeps the spin, and the dispersionModel needs it, too; "
+        "write spin no");
 
     for (const polyPatch& pp : this->meshPatches())
     {
@@ -96,8 +98,8 @@ void Foam::TabulatedRebound<CloudType>::checkSpin() const
         const coupledPolyPatch& coupled = refCast<const coupledPolyPatch>(pp);
 
         rebound::need(!rebound::turns(coupled) || rebound::canFollow(coupled), coeffs, "spin",
-            "yes",
-            "no, with kinematic parcels and the rotating " + pp.type() + " patch " + pp.name());
+            "spins of kinematic parcels cannot be turned at the " + pp.type() + " patch " + pp.name()
+          + "; write spin no");
     }
 }
 
@@ -108,8 +110,10 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
     const scalar gasTorque =
         this->coefficients().template lookupOrDefault<scalar>("gasTorque", keepsSpin_ ? 1 : 0);
 
-    rebound::need(gasTorque >= 0 && (keepsSpin_ || gasTorque == 0), this->coefficients(),
-        "gasTorque", gasTorque, keepsSpin_ ? "0 or a positive number" : "0, where no spin is kept");
+    rebound::needValue(gasTorque >= 0, this->coefficients(), "gasTorque", gasTorque,
+        "0 or a positive number");
+    rebound::need(keepsSpin_ || gasTorque == 0, this->coefficients(), "gasTorque",
+        "parcels keep no spin for the gas to slow; write gasTorque 0");
 
     if (!keepsSpin_) return;
 
@@ -120,9 +124,9 @@ void Foam::TabulatedRebound<CloudType>::followSpin()
         {
             const auto& first = refCast<const SpinInFlight<CloudType>>(other);
 
-            rebound::need(first.gasTorque() == gasTorque, this->coefficients(), "gasTorque",
+            rebound::needValue(first.gasTorque() == gasTorque, this->coefficients(), "gasTorque",
                 gasTorque, Foam::name(first.gasTorque()) + ", as for other walls of this cloud");
-            rebound::need(first.halfSizeRule() == grains_.halfSizeRule, this->coefficients(),
+            rebound::needValue(first.halfSizeRule() == grains_.halfSizeRule, this->coefficients(),
                 "halfSizeRule", grains_.halfSizeRule,
                 Foam::name(first.halfSizeRule()) + ", as for other walls of this cloud");
             return;
@@ -151,7 +155,7 @@ void Foam::TabulatedRebound<CloudType>::makeStatistics()
     const scalar highest = rbt_highest_speed(grains_.table.get());
     const scalar most = coeffs.template lookupOrDefault<scalar>("histogramSpeed", highest);
 
-    rebound::need(most > 0, coeffs, "histogramSpeed", most,
+    rebound::needValue(most > 0, coeffs, "histogramSpeed", most,
         highest > 0 ? "a positive speed" : "a positive speed, which a table of any speed needs");
     statistics_.makeHistograms(most);
 }
@@ -312,8 +316,8 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     const word outside = coeffs.template lookupOrDefault<word>("outOfRange", "clamp");
     coeffs.readIfPresent("patches", patches_);
 
-    rebound::need(seed >= 0, coeffs, "seed", seed, "0 to " + Foam::name(labelMax));
-    rebound::need(outside == "clamp" || outside == "error", coeffs, "outOfRange", outside,
+    rebound::needValue(seed >= 0, coeffs, "seed", seed, "0 to " + Foam::name(labelMax));
+    rebound::needValue(outside == "clamp" || outside == "error", coeffs, "outOfRange", outside,
         "clamp, error");
 
     grains_.seed = seed;

@@ -19,8 +19,8 @@ std::shared_ptr<const rbt_table> Foam::rebound::openTable
     rbt_table* table = nullptr;
     const int code = rbt_open(path.c_str(), &table);
 
-    need(code >= 0, coeffs, "tableFile", path,
-        string("a file that `sampler export` wrote (") + rbt_strerror(code) + ")");
+    need(code >= 0, coeffs, "tableFile",
+        string(path) + ": " + rbt_strerror(code) + "; give a file that `sampler export` wrote");
 
     return std::shared_ptr<const rbt_table>(table, rbt_close);
 }

@@ -35,7 +35,7 @@ Foam::wallRoughness::wallRoughness(const dictionary& coeffs)
 
     tilt_ = degrees*degree;
 
-    rebound::need(tilt_ >= 0 && tilt_ <= RBT_MOST_ROUGHNESS, dict, "roughness.tilt_deg", degrees,
+    rebound::needValue(tilt_ >= 0 && tilt_ <= RBT_MOST_ROUGHNESS, dict, "roughness.tilt_deg", degrees,
         "0 to " + name(RBT_MOST_ROUGHNESS/degree));
 }
 
