@@ -1,19 +1,27 @@
-"""Rebound states of non-spherical particles, drawn from a table.
+"""Draw the rebounds of non-spherical particles from a table.
+
+`load` reads a table. Its method `Table.rebound` takes velocities before a wall, and gives
+velocities and spins after it, in the lab frame. `Table.sample` draws states in the frame of the
+wall. Both take keys for the random numbers: the seed of a run, the index of each particle, and the
+number of walls that it has met. Equal keys give equal rebounds.
 
 >>> import numpy as np
 >>> import sampler
 >>> table = sampler.load("corundum-steel")
->>> state = table.sample(0.5, 150.0, size=1000, rng=np.random.default_rng(1))  # 0.5 rad, 150 m/s
->>> state.shape, table.columns
-((1000, 6), ('u', 'v', 'w', 'omega_x', 'omega_y', 'omega_z'))
->>> bool((state[:, 1] > 0.0).all())  # every particle leaves the wall
+>>> velocity, omega, inertia = table.rebound(
+...     velocity=np.tile([120.0, -90.0, 0.0], (1000, 1)),  # m/s
+...     normal=[0.0, 1.0, 0.0],  # from the wall into the gas
+...     half_size=20e-6,  # m
+...     seed=7,
+...     index=np.arange(1000),
+...     hit=0,
+... )
+>>> bool((velocity[:, 1] > 0.0).all())  # every particle leaves the wall
 True
 
-The columns are u, v, w over V and omega_x, omega_y, omega_z times a/V. ``table.rebound`` does the
-same for velocities in the lab frame. Both take keys in place of a generator: the seed of a run, the
-index of each particle and how many walls it has hit. Of particles that arrive
-spinning, give the spin (``spin=``, ``omega=``); each has one grain, from wall to wall.
-`sampler.numba` has both calls for code compiled by numba, and `sampler.errors` the codes of rows.
+Pass ``omega`` and ``inertia`` to the next rebound of each particle. `sampler.numba` has draws for
+code that numba compiles, and `sampler.errors` lists the codes of rows. The functions of this module
+compute what a particle tracker needs beside a rebound, such as `spin_after` and `deposits`.
 """
 
 import lazy_loader

@@ -44,18 +44,19 @@ _GIVE_KEYS = "give seed=, index= and hit=, or rng= and size= in place of these"
 
 
 class Rebound(NamedTuple):
-    """Result of `Table.rebound`.
+    """Velocity and rotation of particles after a rebound, from `Table.rebound`.
+
+    Keep ``omega`` and ``inertia`` with each particle, and pass them to its next rebound.
 
     Attributes
     ----------
     velocity : float64 array, shape (..., 3)
-        Velocity after the rebound, m/s, lab frame.
+        Velocity after the rebound [m/s], in the lab frame.
     omega : float64 array, shape (..., 3)
-        Mean angular velocity over the free tumbling after the rebound, rad/s, lab frame.
+        Mean angular velocity of the tumbling particle after the rebound [rad/s], in the lab frame.
     inertia : float64 array, shape (...)
-        Inertia k about it over m a^2: the energy of rotation is k m a^2 ``|omega|^2`` / 2. Both
-        stay in free flight, and are for the next rebound. 0 of a fresh grain, by the law of first
-        impacts.
+        Inertia k about ``omega`` over m a^2: the rotational energy is ``k m a^2 |omega|^2 / 2``.
+        Neither omega nor k changes in free flight. The law of first impacts gives 0, not known.
     """
 
     velocity: NDArray[np.float64]

@@ -9,21 +9,20 @@ Ends = tuple[float, float]
 
 
 class Covered(NamedTuple):
-    """What a table covers; in words, by `str`.
+    """Range of the angles, speeds and spins that lie inside a table; `str` writes it in words.
 
-    The speed of a particle that spins is the one that it would have if all of its kinetic energy
-    were translation, V (1 + k spin^2)^(1/2).
+    The speed of a particle that spins counts as V (1 + k spin^2)^(1/2). This is the speed that the
+    particle would have if all of its kinetic energy were translation.
     """
 
-    #: Impact angles, degrees, of fresh grains that arrive without spin, from the law of first
-    #: impacts, and speeds, m/s; None: any.
+    #: Impact angles of the law of first impacts [degrees], and speeds [m/s]; None: any speed.
     alpha_deg: Ends
     speed: Ends | None
-    #: Sizes of the spin before the impact times a/V; None: there is no spin law.
+    #: Size of the spin before the impact times a/V; None: the table has no spin law.
     spin: Ends | None
-    #: Speeds at which the law of the pair was measured, m/s; None: it holds at any.
+    #: Speeds between which the laws of the pair were measured [m/s]; None: they hold at any speed.
     measured: Ends | None
-    #: Impact angles, degrees, of all other draws, from the spin law; None: as `alpha_deg`.
+    #: Impact angles of the spin law [degrees]; None: those of `alpha_deg`.
     spin_alpha_deg: Ends | None = None
 
     def __str__(self) -> str:

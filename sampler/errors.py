@@ -119,37 +119,46 @@ _LONGEST_GIVEN = 300
 
 
 class InputError(ValueError):
-    """A mistake of a user: what was given for an argument, field or flag cannot be used.
+    """A mistake in what a user gave: an argument, a field of a file, or a flag of a command.
 
-    The sentence is "ARGUMENT: got GIVEN, allowed: ALLOWED" where a value is at fault. Where nothing
-    could have been given, as with a missing package or a full disk, it is "ARGUMENT: PROBLEM;
-    REMEDY".
+    The error keeps its parts as attributes. `str` makes one line of them: "ARGUMENT: got GIVEN,
+    allowed: ALLOWED" if a value is at fault, and "ARGUMENT: PROBLEM; REMEDY" if something else is,
+    such as a missing package or a full disk.
 
     Parameters
     ----------
     argument : str
-        The argument, field or flag.
+        Name of the argument, field or flag.
     given : object, optional
-        What was given for it.
+        The value that was given.
     allowed : str, optional
-        Which values are allowed.
+        The values that are allowed.
     problem : str, optional
-        What happened; beside a given value, what is wrong with it.
+        What happened, or what is wrong with the given value.
     remedy : str, optional
-        What to do.
+        What the user can do.
     row : int or tuple of int, optional
-        Index into the arguments of the first row that cannot be used.
+        Index of the first row of the arguments that cannot be used.
     particle : int, optional
-        Its identity, `index` of a draw.
+        Identity of the particle in this row, its `index` in a draw.
     source : str, optional
-        What the field stands in: the name of a file, or a larger field.
+        Name of the file, or of the larger field, in which the field stands.
     further : sequence of InputError, optional
-        Other mistakes in the same input; the sentence names them all.
+        Other mistakes in the same input. The line names them all.
 
     Attributes
     ----------
     argument, given, allowed, problem, remedy, row, particle, source, further
-        As given.
+        The parameters.
+
+    Examples
+    --------
+    >>> import sampler
+    >>> try:
+    ...     sampler.load("corundum-steel").sample(2.0, 150.0, seed=1, index=0)
+    ... except sampler.InputError as error:
+    ...     print(error.argument, "is not", error.allowed)
+    alpha1 is not above 0, at most pi/2 rad
     """
 
     def __init__(
@@ -203,26 +212,29 @@ class InputError(ValueError):
 
 
 class TableError(InputError):
-    """A table file that cannot be read as a rebound table."""
+    """A file that cannot be used as a rebound table; the fields are those of `InputError`."""
 
 
 class OutsideTableWarning(UserWarning):
-    """Draws outside a table, or at speeds that were not measured; given once a table and kind.
+    """Warning of draws outside a table, or at speeds at which the pair was not measured.
+
+    A table gives it once for each kind of flag. ``sampler.load(name, outside="raise")`` raises an
+    error instead, and `Table.counts` counts all such draws.
 
     Parameters
     ----------
     first : InputError or str
-        The first row of the call that is outside, as ``outside="raise"`` refuses it. Programs that
-        give a warning again, such as pytest, make it of its whole text alone.
+        The first such row of the call, in the form of the error that ``outside="raise"`` raises.
+        Programs that repeat a warning, such as pytest, pass its whole text instead.
     number : int, optional
-        Number of such rows of the call.
+        Number of such rows in the call.
     kind : str, optional
-        One of `FLAGS`.
+        Kind of the flag: angle, speed, spin or extrapolated.
 
     Attributes
     ----------
     first, number, kind
-        As given.
+        The parameters.
     """
 
     def __init__(self, first: InputError | str, number: int = 0, kind: str = "") -> None:

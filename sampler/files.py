@@ -24,12 +24,22 @@ _absent: set[str] = set()
 
 
 def data_directory() -> Path:
-    """Find the folder of the pairs, scenes, tables and measurements that come with the package.
+    """Return the folder of the pairs, scenes, tables and measurements that come with the package.
+
+    Returns
+    -------
+    Path
 
     Raises
     ------
     InputError
-        If the package was installed without them.
+        If the package was installed without these files.
+
+    Examples
+    --------
+    >>> import sampler
+    >>> (sampler.data_directory() / "corundum-steel.toml").exists()
+    True
     """
     for folder in (_PACKAGE / "_tables", _PACKAGE.parent / "tables"):
         if folder.is_dir():

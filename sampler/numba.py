@@ -1,7 +1,8 @@
-"""Draws and rebounds of single particles inside ``@numba.njit`` code, by the compiled library.
+"""Draws and rebounds of single particles inside code that ``@numba.njit`` compiles.
 
-The functions here are compiled into their caller, with ``cache=True``, ``parallel=True`` and
-``nogil=True`` as well. Their arguments are checked while the caller compiles.
+The functions of this module call the compiled library. They work in functions with ``cache=True``,
+``parallel=True`` and ``nogil=True``. The types of their arguments are checked when the calling
+function is compiled.
 
 >>> import numba
 >>> import numpy as np
@@ -212,35 +213,41 @@ def sample(
     seed: int = _REQUIRED,
     out: NDArray[np.float64] = _REQUIRED,
 ) -> int:
-    """Draw one rebound state, a pure function of the arguments.
+    """Draw the state of one particle after a rebound, in the frame of the wall.
 
     Parameters
     ----------
     handle : int
-        ``table.handle`` of a loaded table, which must live as long.
-    alpha1, speed, spin, inertia, index, hit, seed
-        As for `sampler.Table.sample`, of one particle; `spin` is a tuple. Keys are required.
+        ``table.handle`` of a loaded table. Keep the table as long as you use the handle.
+    alpha1, speed, inertia : float
+        As for `sampler.Table.sample`.
+    spin : tuple of three float, optional
+        As for `sampler.Table.sample`.
     grain : tuple of three float, optional
-        Shape code, b/a and c/b, as of `grain`: then the law of spinning particles as well. None:
-        that of the particle, or with `fresh` another one at each hit.
-    inertia_after : float64 array of one dimension, optional
-        Its first number is written: the inertia about the spin after, as for `rebound`.
-    out : float64 array, shape (n_columns,), written
-        The state, with the columns of ``table.columns``; NaN on an error.
+        Shape code, b/a and c/b of the particle. By default the particle has the grain that `grain`
+        draws for its keys.
+    index, hit, seed : int
+        Keys, as for `sampler.Table.sample`. All three are required.
+    inertia_after : float64 array, shape (1,), optional
+        Array to which the inertia about the spin after the rebound is written.
+    fresh : bool, optional
+        Whether the particle has another grain at each hit.
+    out : float64 array, shape (n_columns,)
+        Array to which the state is written, in the order of ``table.columns``; NaN after an error.
 
     Returns
     -------
     int
-        A sum of the flags of `sampler.errors`, or below 0 one of its errors. ``table.counts`` does
-        not know of draws in compiled code.
+        Code of the draw: 0, a sum of the flags of `sampler.errors`, or an error below 0.
+        ``table.counts`` does not count draws in compiled code.
 
     Raises
     ------
     numba.TypingError
-        While the caller compiles, if an argument has a wrong type or is missing.
+        If an argument has a wrong type or is missing. It is raised when the caller is compiled.
     ValueError
-        If `out` has not as many numbers as the table has columns, or a key is negative or too
-        large for its type (64 bits, `hit` 32). Nothing is written then.
+        If `out` does not have one number for each column of the table, or if a key is negative or
+        too large: the seed and the index have 64 bits, and `hit` has 32. Nothing is written then.
     """
     result = _sample(handle, alpha1, speed, spin, inertia, grain, index, hit, fresh, seed, out)
     _check_keys(seed, index, hit)
@@ -273,26 +280,39 @@ def rebound(
     seed: int = _REQUIRED,
     out: NDArray[np.float64] = _REQUIRED,
 ) -> int:
-    """Rebound one particle, in the lab frame; what raises an error is as for `sample`.
+    """Rebound one particle from a wall, in the lab frame.
 
     Parameters
     ----------
-    handle, grain, index, hit, seed
+    handle, inertia, grain, index, hit, seed
         As for `sample`.
-    velocity, normal, half_size, wall_velocity, omega, inertia, roughness, isotropic
-        As for `sampler.Table.rebound`, of one particle; vectors are tuples.
-    fresh : bool
-        Whether the particle has another grain at each hit; from a smooth wall without `omega` and
-        `grain` the law of first impacts, the only one of a table without a spin law.
-    out : float64 array, shape (7,) or (9,), written
-        Velocity, m/s, mean angular velocity, rad/s, the inertia about it over m a^2, and in 9 the
-        energies that impulses along the normal and along the wall take, J for each kg of the
-        particle. NaN on an error, but what it came with where it does not approach the wall.
+    velocity, normal : tuple of three float
+        As for `sampler.Table.rebound`.
+    half_size, roughness : float
+        As for `sampler.Table.rebound`.
+    wall_velocity, omega : tuple of three float, optional
+        As for `sampler.Table.rebound`.
+    fresh : bool, optional
+        Whether the particle has another grain at each hit. From a smooth wall, without `omega` and
+        `grain`, the draw is from the law of first impacts. A table without a spin law allows
+        nothing else.
+    isotropic : bool, optional
+        As for `sampler.Table.rebound`.
+    out : float64 array, shape (7,) or (9,)
+        Array to which the results are written: velocity [m/s], mean angular velocity [rad/s] and
+        the inertia about it over m a^2. An array of 9 numbers also gets the energies that impulses
+        along the normal and along the wall take [J for each kg of the particle]. After an error the
+        results are NaN, but a particle that moves away from the wall keeps its values.
 
     Returns
     -------
     int
-        As `sample`, with the flags of any bounce from a rough wall.
+        Code of the rebound, as for `sample`. From a rough wall it has the flags of all bounces.
+
+    Raises
+    ------
+    numba.TypingError, ValueError
+        As for `sample`.
     """
     result = _rebound(
         handle,
@@ -323,9 +343,20 @@ def rebound(
 
 @numba.njit(nogil=True)
 def grain(handle: int, seed: int, index: int, hit: int | None = None) -> Vector:
-    """Draw the grain that a particle keeps, or with `hit` the fresh one that it has at that hit.
+    """Draw the grain of a particle.
 
-    Returns shape code of `sampler.formats.shape_codes`, b/a and c/b; NaN without a spin law.
+    Parameters
+    ----------
+    handle, seed, index : int
+        As for `sample`.
+    hit : int, optional
+        If it is given, the grain is the fresh one of this hit. By default it is the grain that the
+        particle keeps from wall to wall.
+
+    Returns
+    -------
+    tuple of three float
+        Shape code of `sampler.formats.shape_codes`, b/a and c/b; NaN if the table has no spin law.
     """
     _check_keys(seed, index, 0 if hit is None else hit)
     return _grains(handle, 1, seed, index, hit)[1:]
@@ -333,19 +364,19 @@ def grain(handle: int, seed: int, index: int, hit: int | None = None) -> Vector:
 
 @numba.njit(nogil=True)
 def half_size(diameter: float, grain: Vector) -> float:
-    """Compute the largest half-size of a grain as large as a sphere, m; 0 of a mesh."""
+    """Compute the largest half-size of a grain [m]; see `sampler.half_size`. A mesh gives 0."""
     return _half_size(diameter, grain)[0]
 
 
 @numba.njit(nogil=True)
 def inertia(grain: Vector) -> float:
-    """Compute the mean moment of inertia of a grain over m a^2; 0 of a mesh."""
+    """Compute the mean moment of inertia of a grain over m a^2; a mesh gives 0."""
     return _inertia(grain)[0]
 
 
 @numba.njit(nogil=True)
 def sphericity(grain: Vector) -> float:
-    """Compute the surface of the sphere of equal volume over that of a grain; 0 of a mesh."""
+    """Compute the sphericity of a grain; see `sampler.sphericity`. A mesh gives 0."""
     return _sphericity(grain)[0]
 
 
@@ -353,7 +384,7 @@ def sphericity(grain: Vector) -> float:
 def gas_torque(
     omega: Vector, diameter: float, density: float, viscosity: float, gas_rotation: Maybe = None
 ) -> Vector:
-    """Compute the torque of the gas on one particle, N m: `sampler.gas_torque` of tuples."""
+    """Compute the torque of the gas on one particle [N m]; see `sampler.gas_torque`."""
     return _torque(omega, diameter, density, viscosity, gas_rotation)
 
 
@@ -367,7 +398,7 @@ def spin_after(
     viscosity: float,
     gas_rotation: Maybe = None,
 ) -> Vector:
-    """Compute the angular velocity of one particle, rad/s: `sampler.spin_after` of tuples."""
+    """Compute the spin of one particle after a flight [rad/s]; see `sampler.spin_after`."""
     return _after(omega, time, inertia, diameter, density, viscosity, gas_rotation)
 
 
@@ -375,5 +406,5 @@ def spin_after(
 def deposits(
     velocity: Vector, normal: Vector, critical_speed: float, wall_velocity: Maybe = None
 ) -> bool:
-    """Tell whether one particle stays on the wall that it meets: `sampler.deposits` of tuples."""
+    """Tell whether one particle stays on the wall that it meets; see `sampler.deposits`."""
     return _deposits(velocity, normal, critical_speed, wall_velocity)[0] != 0

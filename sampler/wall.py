@@ -1,4 +1,7 @@
-"""Around the wall: the gas and the spin, sizes of grains, deposits, profiles; by C, for arrays."""
+"""What a particle tracker needs beside a draw: torque of the gas, sizes, deposits, roughness.
+
+The functions take numbers and arrays, and call the compiled library.
+"""
 
 import math
 from typing import Any
@@ -60,31 +63,51 @@ def gas_torque(
     viscosity: ArrayLike,
     gas_rotation: ArrayLike = _AT_REST,
 ) -> Reals:
-    """Compute the torque of the gas on spinning particles, N m.
+    """Compute the torque of the gas on spinning particles.
 
     Parameters
     ----------
     omega : array, shape (..., 3)
-        Angular velocity, rad/s, as a rebound gives it: the mean over the particle's tumbling.
+        Mean angular velocity of the particle over its tumbling, as a rebound gives it [rad/s].
     diameter : float or array, shape (...)
-        Of the sphere of equal volume, m.
-    density, viscosity : float or array, shape (...)
-        Of the gas, kg/m3 and Pa s; without viscosity, 0, there is no torque.
-    gas_rotation : array, shape (..., 3)
-        Half the curl of the gas velocity, rad/s.
+        Diameter of the sphere that has the volume of the particle [m].
+    density : float or array, shape (...)
+        Density of the gas [kg/m^3].
+    viscosity : float or array, shape (...)
+        Dynamic viscosity of the gas [Pa s]. With 0 there is no torque.
+    gas_rotation : array, shape (..., 3), optional
+        Angular velocity of the gas, half of the curl of its velocity [rad/s]. By default the gas
+        does not rotate.
 
     Returns
     -------
     float64 array, shape (..., 3)
+        Torque [N m].
+
+    Raises
+    ------
+    InputError
+        If an argument has a wrong type or shape, is not finite, or is below the smallest allowed
+        value.
 
     Notes
     -----
-    It is the torque on a sphere: that of Stokes, pi viscosity diameter^3 slip with slip =
-    gas_rotation - omega, where Re = density diameter^2 ``|slip|`` / viscosity is below 32; beyond
-    times (12.9 sqrt(Re) + 128.4) / (64 pi), which jumps by 0.2 % at 32. It holds up to Re = 1000;
-    beyond, the formula extrapolates. Source: Dennis, Singh & Ingham, J. Fluid Mech. 101 (1980)
+    The torque is that on a sphere. With the slip ``s = gas_rotation - omega`` and the rotational
+    Reynolds number ``Re = density diameter^2 |s| / viscosity``, Stokes' torque is ``pi viscosity
+    diameter^3 s``. It holds for Re below 32. Above that it is multiplied by ``(12.9 sqrt(Re) +
+    128.4) / (64 pi)``, which jumps by 0.2 % at Re = 32 and was computed for Re up to 1000. Above
+    1000 the formula is extrapolated. Source: Dennis, Singh & Ingham, J. Fluid Mech. 101 (1980)
     257-279, in the form of Crowe, Schwarzkopf, Sommerfeld & Tsuji, "Multiphase Flows with Droplets
     and Particles".
+
+    Examples
+    --------
+    A grain of 60 micrometres spins in air at rest:
+
+    >>> import sampler
+    >>> torque = sampler.gas_torque([0.0, 0.0, 1e5], 60e-6, density=1.2, viscosity=1.8e-5)
+    >>> print(f"{torque[2]:.2e} N m")
+    -1.22e-12 N m
     """
     gas = {"density": density, "viscosity": viscosity, "gas_rotation": gas_rotation}
     return _by_rows("rbt_gas_torque_rows", 3, omega=omega, diameter=diameter, **gas)
@@ -99,12 +122,49 @@ def spin_after(
     viscosity: ArrayLike,
     gas_rotation: ArrayLike = _AT_REST,
 ) -> Reals:
-    """Compute the angular velocity that `gas_torque` leaves after a time [s], rad/s.
+    """Compute the spin that the torque of the gas leaves after a time of flight.
 
-    The solution is exact: time steps of any size give the same, and none overshoots; where the gas
-    turns evenly, one call for a whole flight will do. `inertia` is the particle's own moment of
-    inertia, kg m2: k m a^2 with the k that a rebound gives (`Rebound.inertia`), or `inertia` of the
-    grain times m a^2 where it is not known. All others as of `gas_torque`.
+    Call it just before a rebound, with the time since the last one. The solution of the equation of
+    motion is exact, so one call for a whole flight gives the same as many short steps, as long as
+    the gas stays the same on the way.
+
+    Parameters
+    ----------
+    omega : array, shape (..., 3)
+        Mean angular velocity at the beginning, as a rebound gives it [rad/s].
+    time : float or array, shape (...)
+        Time of flight [s].
+    inertia : float or array, shape (...)
+        Moment of inertia of the particle about its spin [kg m^2]: k m a^2, with the inertia k that
+        a rebound gives (`Rebound.inertia`), the mass m and the largest half-size a. If k is 0, take
+        `sampler.inertia` of the grain in its place.
+    diameter, density, viscosity, gas_rotation
+        As for `gas_torque`.
+
+    Returns
+    -------
+    float64 array, shape (..., 3)
+        Mean angular velocity at the end [rad/s].
+
+    Raises
+    ------
+    InputError
+        As for `gas_torque`.
+
+    Notes
+    -----
+    The torque is that of `gas_torque`. It also moves the inertia k slowly towards the largest
+    moment of inertia of the grain, which is neglected.
+
+    Examples
+    --------
+    >>> import sampler
+    >>> air = {"density": 1.2, "viscosity": 1.8e-5}
+    >>> omega = sampler.spin_after(
+    ...     [0.0, 0.0, 1e5], time=1e-3, inertia=5e-22, diameter=20e-6, **air
+    ... )
+    >>> print(f"{omega[2]:.0f} rad/s")
+    40463 rad/s
     """
     gas = {"density": density, "viscosity": viscosity, "gas_rotation": gas_rotation}
     given = {"omega": omega, "time": time, "inertia": inertia, "diameter": diameter}
@@ -112,36 +172,93 @@ def spin_after(
 
 
 def half_size(diameter: ArrayLike, grain: ArrayLike) -> Reals:
-    """Compute the largest half-size a of grains with the volume of a sphere, m.
+    """Compute the largest half-size of grains from the diameter of a sphere of equal volume.
 
     Parameters
     ----------
     diameter : float or array, shape (...)
-        Of the sphere, m.
+        Diameter of the sphere that has the volume of the grain [m].
     grain : array, shape (..., 3)
-        Shape code, b/a and c/b, as `Table.grains` gives them. Meshes are refused: no table has
-        their volume.
+        Shape code, b/a and c/b, as `Table.grains` gives them.
 
     Returns
     -------
     float64 array, shape (...)
+        Half of the longest dimension of the grain, a [m].
+
+    Raises
+    ------
+    InputError
+        If a diameter is not positive, or a grain is none of the known shapes. Meshes are refused,
+        because a table does not hold their volume.
+
+    Examples
+    --------
+    >>> import sampler
+    >>> sphere = [4, 1.0, 1.0]
+    >>> sampler.half_size(60e-6, sphere)
+    array(3.e-05)
     """
     return _by_rows("rbt_half_size_rows", diameter=diameter, grain=_known(grain))
 
 
 def inertia(grain: ArrayLike) -> Reals:
-    """Compute the mean moment of inertia of grains over m a^2, for those whose own is not known.
+    """Compute the mean moment of inertia of grains over m a^2.
 
-    ``grain`` is as in `half_size`; the result has shape (...).
+    It takes the place of the inertia about the spin if that is not known.
+
+    Parameters
+    ----------
+    grain : array, shape (..., 3)
+        Shape code, b/a and c/b, as for `half_size`.
+
+    Returns
+    -------
+    float64 array, shape (...)
+        Mean of the three principal moments, divided by the mass and the square of the largest
+        half-size a.
+
+    Raises
+    ------
+    InputError
+        As for `half_size`.
+
+    Examples
+    --------
+    >>> import sampler
+    >>> sampler.inertia([4, 1.0, 1.0])  # a sphere
+    array(0.4)
     """
     return _by_rows("rbt_inertia_rows", grain=_known(grain))
 
 
 def sphericity(grain: ArrayLike) -> Reals:
-    """Compute the surface of the sphere of equal volume over that of grains, for laws of drag.
+    """Compute the sphericity of grains, for laws of drag.
 
-    ``grain`` is as in `half_size`; the result has shape (...). Source of the law of ellipsoids:
-    Carlson, Numer. Algorithms 10 (1995) 13-26.
+    Parameters
+    ----------
+    grain : array, shape (..., 3)
+        Shape code, b/a and c/b, as for `half_size`.
+
+    Returns
+    -------
+    float64 array, shape (...)
+        Surface of the sphere of equal volume, divided by the surface of the grain.
+
+    Raises
+    ------
+    InputError
+        As for `half_size`.
+
+    Notes
+    -----
+    The surface of an ellipsoid is computed after Carlson, Numer. Algorithms 10 (1995) 13-26.
+
+    Examples
+    --------
+    >>> import sampler
+    >>> print(f"{sampler.sphericity([1, 1.0, 1.0]):.3f}")  # a cube
+    0.806
     """
     return _by_rows("rbt_sphericity_rows", grain=_known(grain))
 
@@ -170,24 +287,43 @@ def critical_speed(
     wall_young: ArrayLike,
     wall_poisson: ArrayLike,
 ) -> Reals:
-    """Compute the normal speed below which smooth dry elastic spheres stay on a wall, m/s.
+    """Compute the normal speed below which dry elastic spheres stay on a smooth wall.
 
     Parameters
     ----------
     diameter, density : float or array, shape (...)
-        Of the particles, m and kg/m3.
-    young, poisson, wall_young, wall_poisson : float or array, shape (...)
-        Young's modulus, Pa, and Poisson's ratio of particles and wall.
+        Diameter [m] and density [kg/m^3] of the particles.
+    young, poisson : float or array, shape (...)
+        Young's modulus [Pa] and Poisson's ratio of the particles; Poisson's ratio is from 0 to 0.5.
+    wall_young, wall_poisson : float or array, shape (...)
+        The same for the wall.
 
     Returns
     -------
     float64 array, shape (...)
+        Normal speed of approach [m/s]; pass it to `deposits`.
+
+    Raises
+    ------
+    InputError
+        If an argument has a wrong type or shape, or a value that is not allowed.
 
     Notes
     -----
-    (2 E / diameter)^(10/7) with E = 0.51 (5 pi^2 (k + k') / (4 density^(3/2)))^(2/5) in SI units
-    and k = (1 - poisson^2) / (pi young), k' of the wall. Source: Brach & Dunn, Aerosol Sci.
-    Technol. 16 (1992) 51-64, as El-Batsh takes it (dissertation, TU Wien, 2001).
+    The speed is ``(2 E / diameter)^(10/7)``, with ``E = 0.51 (5 pi^2 (k + k') / (4
+    density^(3/2)))^(2/5)`` in SI units and ``k = (1 - poisson^2) / (pi young)``; k' is that of the
+    wall. Source: Brach & Dunn, Aerosol Sci. Technol. 16 (1992) 51-64, in the form of El-Batsh
+    (dissertation, TU Wien, 2001). Humidity, charge and softening let particles stay at higher
+    speeds.
+
+    Examples
+    --------
+    Quartz of 10 micrometres on steel:
+
+    >>> import sampler
+    >>> speed = sampler.critical_speed(10e-6, 2650.0, 95e9, 0.1, wall_young=200e9, wall_poisson=0.3)
+    >>> print(f"{speed:.4f} m/s")
+    0.0237 m/s
     """
     return _by_rows(
         "rbt_critical_speed_rows",
@@ -207,19 +343,34 @@ def deposits(
     *,
     wall_velocity: ArrayLike = _AT_REST,
 ) -> NDArray[np.bool_]:
-    """Tell which particles stay on the wall that they meet; ask before the rebound.
+    """Tell which particles stay on the wall that they meet.
+
+    Call it before the rebound, and do not let the particles rebound that stay.
 
     Parameters
     ----------
-    velocity, normal, wall_velocity : array, shape (..., 3)
-        As for `Table.rebound`.
+    velocity, normal : array, shape (..., 3)
+        Velocity before the impact [m/s] and normal of the wall, as for `Table.rebound`.
     critical_speed : float or array, shape (...)
-        Particles stay that approach at a lower normal speed, m/s; see `critical_speed`.
+        Normal speed of approach below which a particle stays [m/s]; see `critical_speed`.
+    wall_velocity : array, shape (..., 3), optional
+        Velocity of the wall [m/s]. By default the wall is at rest.
 
     Returns
     -------
     bool array, shape (...)
-        Particles that leave the wall already do not stay.
+        True if the particle stays. A particle that moves away from the wall does not stay.
+
+    Raises
+    ------
+    InputError
+        If an argument has a wrong type or shape, or a normal is zero.
+
+    Examples
+    --------
+    >>> import sampler
+    >>> sampler.deposits([[80.0, -0.01, 0.0], [80.0, -5.0, 0.0]], [0.0, 1.0, 0.0], 0.0237)
+    array([ True, False])
     """
     if not as_rows_of("normal", normal).any(axis=-1).all():
         raise InputError("normal", "a vector of length zero", "any length but zero")
@@ -228,31 +379,45 @@ def deposits(
 
 
 def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike) -> Reals:
-    """Compute the standard deviation of the tilt of facets, for `Table.rebound` as `roughness`.
+    """Compute the roughness of a wall from a measured profile.
 
-    It is atan(2 Ra / RSm) for a particle with a diameter below RSm / sin(atan(2 Ra / RSm)), which
-    meets the flanks of the profile's elements, and atan(2 Rq / RSm) for a larger one. All lengths
-    are in the same unit.
+    Pass the result to `Table.rebound` as ``roughness``: it is the standard deviation of the random
+    tilt of the wall's facets. The result depends on the size of the particle.
 
     Parameters
     ----------
     ra, rq : float or array, shape (...)
-        Mean and root mean square of the profile's height (ISO 21920-2, ISO 4287), not negative.
-        Rq below Ra, which no profile has, is refused; 1 % is left to rounded digits.
+        Mean and root mean square of the profile's height (ISO 21920-2, ISO 4287), 0 or more. In
+        every profile rq is at least ra; an rq that is smaller by more than 1 % is refused.
     rsm : float or array, shape (...)
         Mean width of the profile's elements, above 0.
     diameter : float or array, shape (...)
-        Of the particles, above 0.
+        Diameter of the particles, above 0. All four lengths are in the same unit.
 
     Returns
     -------
     float64 array, shape (...)
-        rad. Tilts above 0.5 are refused.
+        Standard deviation of the tilt [rad], at most 0.5.
+
+    Raises
+    ------
+    InputError
+        If an argument has a wrong type, shape or value, or if the tilt is above 0.5 rad.
 
     Notes
     -----
-    Source: Sommerfeld & Huber, "Experimental analysis and modelling of particle-wall collisions",
-    Int. J. Multiphase Flow 25 (1999) 1457-1489.
+    A particle with a diameter below ``RSm / sin(atan(2 Ra / RSm))`` meets the flanks of the
+    profile's elements, which have the tilt ``atan(2 Ra / RSm)``. For a larger particle the tilt is
+    ``atan(2 Rq / RSm)``. Source: Sommerfeld & Huber, "Experimental analysis and modelling of
+    particle-wall collisions", Int. J. Multiphase Flow 25 (1999) 1457-1489.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import sampler
+    >>> tilt = sampler.wall_tilt(ra=2e-6, rq=2.5e-6, rsm=50e-6, diameter=60e-6)
+    >>> print(f"{np.degrees(tilt):.1f} degrees")
+    4.6 degrees
     """
     given = _checked(ra=ra, rq=rq, rsm=rsm, diameter=diameter)
     below = np.atleast_1d(given["rq"] < 0.99 * given["ra"])

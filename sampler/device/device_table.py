@@ -40,27 +40,36 @@ def _by_value(record: np.ndarray) -> np.ndarray:
 
 
 class DeviceTable:
-    """A rebound table on a GPU, from `Table.to_device`.
+    """A rebound table on a GPU.
 
-    Its functions take arrays of CuPy, numbers and numpy arrays, and return arrays of CuPy. They
-    draw the states of `Table` for the same keys, with the same bits but where the device's
-    ``atan2``, ``cos``, ``sin`` and ``log`` differ in the last digits. A call waits for the device
-    once, to learn whether a row was refused. It was run on an NVIDIA H200.
+    `Table.to_device` makes it. Its functions take numbers, arrays of numpy and arrays of CuPy, and
+    return arrays of CuPy. For equal keys they draw the states of `Table`, with the same bits unless
+    the functions ``atan2``, ``cos``, ``sin`` and ``log`` of the device differ in the last digits.
+    Each call waits once for the device, to learn whether a row was refused. The kernels were run
+    on an NVIDIA H200.
 
     Parameters
     ----------
     table : Table
+        The table to copy.
     image : uint8 array
-        The bytes of its binary table.
+        Bytes of the binary table.
     dtype : {"float64", "float32"}
-        Type of the numbers of all arrays.
+        Type of all arrays that go in and come out.
 
     Attributes
     ----------
-    columns, outside, dtype
-        As of `Table`, and as given.
+    columns, pair, covered, outside
+        As for `Table`.
+    dtype : str
+        The argument.
     counts : dict of int
-        As of `Table`, of the draws on the device.
+        As for `Table`, for the draws on the device.
+
+    Raises
+    ------
+    InputError
+        If CuPy or a GPU is missing, or if `dtype` is another word.
     """
 
     def __init__(self, table: Any, image: Image, dtype: str) -> None:
@@ -80,7 +89,7 @@ class DeviceTable:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Numbers of draws so far: angle, speed or spin outside the table, extrapolated."""
+        """Numbers of draws so far: angle, speed or spin outside the table, and extrapolated."""
         return dict(self._codes.counts)
 
     def sample(
@@ -96,10 +105,27 @@ class DeviceTable:
         hit: Any = None,
         inertia_after: Any = None,
     ) -> Any:
-        """Draw rebound states, as `Table.sample`, of arrays of CuPy or what numpy takes.
+        """Draw the states of particles after a rebound, in the frame of the wall.
 
-        No grains can be given. Returns a cupy.ndarray, shape (..., n_columns), of the type `dtype`;
-        `inertia_after`, such an array of shape (...), is written.
+        Parameters
+        ----------
+        alpha1, speed, spin, inertia, seed, index, hit
+            As for `Table.sample`. Arrays may live on the device.
+        grain : {"own", "fresh"}, optional
+            As for `Table.sample`. Grains of your own cannot be given.
+        inertia_after : cupy.ndarray, shape (...), optional
+            Array of the type `dtype` to which the inertias about the spin after the rebound are
+            written.
+
+        Returns
+        -------
+        cupy.ndarray, shape (..., n_columns)
+            States, of the type `dtype`.
+
+        Raises
+        ------
+        InputError
+            As for `Table.sample`.
         """
         arguments = {"alpha1": alpha1, "speed": speed, "spin": spin, "inertia": inertia}
         call = self._call(arguments, "spin", grain, Keys(seed, index, hit))
@@ -128,9 +154,28 @@ class DeviceTable:
         isotropic: bool = False,
         works: Any = None,
     ) -> Rebound:
-        """Rebound particles from a wall, as `Table.rebound`; arrays and `grain` as for `sample`.
+        """Rebound particles from a wall, in the lab frame.
 
-        Returns ``velocity, omega``, shape (..., 3), and ``inertia`` (...): cupy.ndarray of `dtype`.
+        Parameters
+        ----------
+        velocity, normal, half_size, omega, inertia, seed, index, hit
+            As for `Table.rebound`. Arrays may live on the device.
+        grain : {"own", "fresh"}, optional
+            As for `Table.rebound`. Grains of your own cannot be given.
+        wall_velocity, roughness, isotropic
+            As for `Table.rebound`.
+        works : cupy.ndarray, shape (..., 2), optional
+            As for `Table.rebound`; an array of the type `dtype`.
+
+        Returns
+        -------
+        Rebound
+            As for `Table.rebound`, with arrays of CuPy of the type `dtype`.
+
+        Raises
+        ------
+        InputError
+            As for `Table.rebound`.
         """
         isotropic = as_isotropic(isotropic, roughness)
         if works is not None and not {"work_normal", "work_shear"} <= {*self.columns}:

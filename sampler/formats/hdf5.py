@@ -134,27 +134,41 @@ def _check_ranges(quantiles: Array, marginals: tuple[str, ...]) -> None:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TableContents:
-    """Everything in a table file, checked when it is made.
+    """Everything that a table file holds.
+
+    The contents are checked when the record is made, and are not changed afterwards.
 
     Attributes
     ----------
-    datasets : mapping from path to array
-        Those of `layout_of`; floating-point arrays are rounded to the file's type.
-    pair, config, software_version : str
+    datasets : mapping from str to array
+        Datasets by their path. Floating-point arrays are rounded to the type of the file.
+    pair : str
+        Name of the material pair.
+    config : str
+        TOML text of the configuration from which the table was made.
     seed : int
-    variables, channels : tuple of str
-        See `ATTRIBUTES`.
+        Seed of the simulation behind the table.
+    software_version : str
+        Version of rebound-tables that made the table.
+    variables : tuple of str
+        Variables of the states that the table gives.
+    channels : tuple of str
+        Channels of the mixture, in the order of its factors.
     speed_independent : bool
         Whether rebounds do not depend on the speed.
-    valid_speed : tuple of two float, optional
-        Speeds, m/s, between which the laws of the pair were measured.
     least_inertia : float
-        Smallest moment of inertia over m a^2 of any grain.
+        Smallest moment of inertia of any grain, over m a^2.
+    valid_speed : tuple of two float, optional
+        Speeds [m/s] between which the contact laws of the pair were measured.
 
     Raises
     ------
     TableError
-        If anything is not as `DATASETS` and `ATTRIBUTES` say; names the dataset or attribute.
+        If a dataset or an attribute is missing, unknown or not allowed. The message names it.
+
+    Notes
+    -----
+    tables/FORMAT.md lists the datasets and attributes.
     """
 
     datasets: Mapping[str, Array]
@@ -257,10 +271,23 @@ def content_sha256(datasets: Mapping[str, Array], attributes: Mapping[str, Any])
 
 
 def write_table(path: str | Path, contents: TableContents) -> None:
-    """Write a table file, whole or not at all; raises `InputError` if that cannot be.
+    """Write a table file.
 
-    Equal contents give equal bytes: nothing in the file tells when or where it was written. A file
-    of that name is replaced.
+    Parameters
+    ----------
+    path : str or Path
+        File to write. An existing file is replaced.
+    contents : TableContents
+        The contents.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written. Then an existing file stays as it was.
+
+    Notes
+    -----
+    Equal contents give equal bytes, because the file does not say when or where it was written.
     """
     write_bytes(path, _file_image(contents))
 
@@ -316,14 +343,33 @@ def _name_axes(file: h5py.File, layout: tuple[Dataset, ...]) -> None:
 
 
 def read_table(path: str | Path) -> TableContents:
-    """Read a table file and check everything in it.
+    """Read a table file, and check everything in it.
+
+    `sampler.load` reads a table to draw from. Use this function to look at the datasets.
+
+    Parameters
+    ----------
+    path : str or Path
+        The .h5 file.
+
+    Returns
+    -------
+    TableContents
 
     Raises
     ------
     TableError
-        If the file cannot be read, is no table, is of another major version, was changed since it
-        was written, or holds anything that the layout forbids. The message names the file, what
-        is wrong with it and what is allowed.
+        If the file cannot be read, is not a table, has another major version, has changed since it
+        was written, or holds something that the layout does not allow. The message names the file,
+        what is wrong, and what is allowed.
+
+    Examples
+    --------
+    >>> import sampler
+    >>> path = sampler.data_directory() / "corundum-steel-compact.h5"
+    >>> contents = sampler.read_table(path)
+    >>> contents["marginals/quantiles"].ndim
+    5
     """
     try:
         data = read_file("table", path)

@@ -6,6 +6,13 @@ import importlib
 import pytest
 
 MODULES = [
+    "sampler",
+    "sampler.errors",
+    "sampler.files",
+    "sampler.formats.hdf5",
+    "sampler.numba",
+    "sampler.table",
+    "sampler.wall",
     "tablegen",
     "tablegen.config.config",
     "tablegen.simulation.direct",
