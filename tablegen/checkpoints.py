@@ -288,6 +288,7 @@ class TaskRunner:
         title: str,
         tasks: Mapping[str, Task],
         on_result: Callable[[str, Arrays], None] = lambda key, arrays: None,
+        stored: bool = True,
     ) -> dict[str, Arrays]:
         """Run all tasks that have no checkpoint.
 
@@ -299,6 +300,9 @@ class TaskRunner:
             Tasks by key. A key identifies a task among all tasks of the same configuration.
         on_result : callable, optional
             Called with the key and the result of each task when it is done.
+        stored : bool
+            Whether results become checkpoints. Large results of short tasks need not: a run that
+            resumes computes them again.
 
         Returns
         -------
@@ -306,10 +310,11 @@ class TaskRunner:
             Results by key, in the order of the tasks.
         """
         results: dict[str, Arrays] = {}
+        store = self._store if stored else None
         for key in tasks:
-            if self._store and (stored := self._store.load(key)) is not None:
-                results[key] = stored
-                on_result(key, stored)
+            if store and (arrays := store.load(key)) is not None:
+                results[key] = arrays
+                on_result(key, arrays)
         missing = {key: task for key, task in tasks.items() if key not in results}
         progress_bar = bar(
             self._progress and bool(missing),
@@ -321,8 +326,8 @@ class TaskRunner:
         )
         with progress_bar, closing(self._finished(missing)) as finished:
             for key, arrays in finished:
-                if self._store:
-                    self._store.save(key, arrays)
+                if store:
+                    store.save(key, arrays)
                 results[key] = arrays
                 on_result(key, arrays)
                 progress_bar.set_postfix_str(self.note, refresh=False)

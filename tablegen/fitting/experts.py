@@ -122,9 +122,9 @@ class _Block(NamedTuple):
 
 
 def fit_experts(
-    phi: FloatArray | Single,
-    inputs: FloatArray,
-    scores: FloatArray,
+    vectors: Single,
+    inputs: int,
+    outcomes: int,
     groups: int,
     experts: int,
     rng: np.random.Generator,
@@ -133,12 +133,11 @@ def fit_experts(
 
     Parameters
     ----------
-    phi : (n, f) float64 or float32
-        Features; the first one is 1.
-    inputs : (n, m) float64
-        Standardised inputs. The experts begin as clusters of inputs and scores together.
-    scores : (n, o) float64
-        Normal scores of the outcomes.
+    vectors : (n, f + o) float32
+        Features, then normal scores of the outcomes. The features are 1, the standardised inputs,
+        and products of them.
+    inputs, outcomes : int
+        Numbers of inputs and of outcomes. The experts begin as clusters of both together.
     groups, experts : int
         Number of groups, and of experts in each group.
     rng : numpy.random.Generator
@@ -150,11 +149,8 @@ def fit_experts(
     likelihood : float
         Mean log-likelihood before the last step.
     """
-    vectors, points = (
-        np.concatenate([columns, scores], axis=1, dtype=np.float32) for columns in (phi, inputs)
-    )
-    fitted = _initial_experts(vectors, points, (groups, experts, scores.shape[1]), rng)
-    part = vectors[: max(math.ceil(_FIRST_SHARE * len(phi)), min(len(phi), 1000))]
+    fitted = _initial_experts(vectors, inputs, outcomes, (groups, experts), rng)
+    part = vectors[: max(math.ceil(_FIRST_SHARE * len(vectors)), min(len(vectors), 1000))]
     likelihood, damping = -math.inf, _FIRST_DAMPING
     best: tuple[Experts, Sums] | None = None
     for number in range(_FIRST_ITERATIONS + _LAST_ITERATIONS):
@@ -209,17 +205,26 @@ def _order_by_group(centres: Single, groups: int) -> NDArray[np.int64]:
 
 
 def _initial_experts(
-    vectors: Single, points: Single, sizes: tuple[int, int, int], rng: np.random.Generator
+    vectors: Single,
+    inputs: int,
+    outcomes: int,
+    sizes: tuple[int, int],
+    rng: np.random.Generator,
 ) -> Experts:
-    """Make one expert for each cluster of conditions and outcomes."""
-    groups, experts, outcomes = sizes
+    """Make one expert for each cluster of inputs and scores."""
+    groups, experts = sizes
     count, width = groups * experts, vectors.shape[1]
     features = width - outcomes
-    centres = _clusters(points[:_CLUSTER_ROWS], count, rng)
+
+    def points(rows: slice) -> Single:
+        block = vectors[rows]
+        return np.concatenate([block[:, 1 : 1 + inputs], block[:, features:]], axis=1)
+
+    centres = _clusters(points(slice(_CLUSTER_ROWS)), count, rng)
     centres = centres[_order_by_group(centres, groups)]
     products = np.zeros((count, width, width))
     for rows in _slices(vectors, 8 * _BLOCK):
-        labels = _nearest_centres(points[rows], centres)
+        labels = _nearest_centres(points(rows), centres)
         share = (labels == np.arange(count)[:, None]).astype(np.float32)
         add_products(share, vectors[rows], np.float32(0.5), products)
     mass = products[:, 0, 0]

@@ -47,6 +47,9 @@ _FACTOR_STEP = 16
 #: wall, so a file has positive quantiles there.
 _LEAST_V = 2e-9
 
+#: Rebounds whose features are computed at a time.
+_BLOCK = 10_000
+
 #: Logit, in units of the file, of experts that were not fitted: e^-60 is never drawn.
 _NEVER_DRAWN = 60 * GATE_UNIT
 
@@ -58,6 +61,15 @@ class Rebounds(NamedTuple):
     inputs: FloatArray
     #: (n, 7), or (n, 8) with works.
     outcomes: FloatArray
+
+
+class LeafExperts(NamedTuple):
+    """Fitted experts of a leaf."""
+
+    #: (8,): centre of each input, and reciprocal of its standard deviation or 0.
+    centre: NDArray[np.float32]
+    scale: NDArray[np.float32]
+    stored: StoredExperts
 
 
 class LeafArrays(NamedTuple):
@@ -72,46 +84,63 @@ class LeafArrays(NamedTuple):
     quantiles: NDArray[np.float32]
 
 
-def fit_leaf(
-    rebounds_around: Rebounds,
-    rebounds_inside: Rebounds,
-    sizes: SpinSizes,
-    rng: np.random.Generator,
-) -> LeafArrays:
-    """Fit a leaf.
+def fit_leaf_experts(rebounds: Rebounds, sizes: SpinSizes, rng: np.random.Generator) -> LeafExperts:
+    """Fit the experts of a leaf.
 
     Parameters
     ----------
-    rebounds_around : Rebounds
-        Rebounds in the leaf and a little beyond it, in random order, for the fit of the experts.
-    rebounds_inside : Rebounds
-        Other rebounds, all in the leaf, for the quantiles.
+    rebounds : Rebounds
+        Rebounds in the leaf and a little beyond it, in random order.
     sizes : SpinSizes
     rng : numpy.random.Generator
 
     Returns
     -------
-    LeafArrays
+    LeafExperts
     """
-    inputs, outcomes = rebounds_around
+    inputs, outcomes = rebounds
     centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
     varies = spread > _CONSTANT_DEVIATION
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
     centre, scale = centre.astype(np.float32), scale.astype(np.float32)
     is_used = used_features(varies)
-    t = (inputs - centre) * scale
-    experts, _ = fit_experts(
-        features(t, np.float32)[:, is_used],
-        t[:, varies],
-        normal_scores(outcomes),
-        sizes.groups,
-        sizes.experts,
-        rng,
-    )
-    stored = _stored_experts(experts, is_used)
-    phi = features((rebounds_inside.inputs - centre) * scale, np.float32)
+    count, used = outcomes.shape[1], int(is_used.sum())
+    vectors = np.empty((len(inputs), used + count), dtype=np.float32)
+    for start in range(0, len(inputs), _BLOCK):
+        rows = slice(start, start + _BLOCK)
+        phi = features((inputs[rows] - centre) * scale, np.float32)
+        vectors[rows, :used] = phi[:, is_used]
+    for k in range(count):
+        vectors[:, used + k] = normal_scores(outcomes[:, [k]])[:, 0]
+    # the fit takes long, and needs the vectors alone
+    del rebounds, inputs, outcomes
+    experts, _ = fit_experts(vectors, int(varies.sum()), count, sizes.groups, sizes.experts, rng)
+    return LeafExperts(centre, scale, _stored_experts(experts, is_used))
+
+
+def leaf_arrays(
+    fitted: LeafExperts, rebounds: Rebounds, knots: int, rng: np.random.Generator
+) -> LeafArrays:
+    """Compute the quantiles of a leaf, and return all of its arrays.
+
+    Parameters
+    ----------
+    fitted : LeafExperts
+    rebounds : Rebounds
+        Other rebounds than those of the fit, all in the leaf.
+    knots : int
+        Number of knots of each quantile function.
+    rng : numpy.random.Generator
+        Draws the scores.
+
+    Returns
+    -------
+    LeafArrays
+    """
+    centre, scale, stored = fitted
+    phi = features((rebounds.inputs - centre) * scale, np.float32)
     scores = bounded_scores(stored, phi, rng)
-    quantiles = _outcome_quantiles(scores, rebounds_inside.outcomes, sizes.knots)
+    quantiles = _outcome_quantiles(scores, rebounds.outcomes, knots)
     quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
     return LeafArrays(centre, scale, *stored, quantiles)
 

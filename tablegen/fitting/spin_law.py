@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from sampler.formats.bounds import N_KAPPA_QUANTILES, SPEED_COORDINATE
+from sampler.formats.bounds import N_INPUTS, N_KAPPA_QUANTILES, SPEED_COORDINATE
 from sampler.formats.channels import has_works
 from tablegen.checkpoints import Arrays, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
@@ -30,7 +30,7 @@ from tablegen.fitting.law_conditions import (
     ratio_range,
     spinning_impacts,
 )
-from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
+from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf_experts, leaf_arrays
 from tablegen.fitting.resolution import SpinSizes
 from tablegen.fitting.spin_coordinates import (
     INPUT_SIGNS,
@@ -61,6 +61,9 @@ _KAPPA = 5
 
 #: Conditions that are drawn at a time: their impacts take three times as much memory.
 _BATCH = 50_000
+
+#: Rebounds that are simulated at a time: their impacts take four times as much memory.
+_BLOCK = 10_000
 
 
 class LeafConditions(NamedTuple):
@@ -137,7 +140,8 @@ def spin_law(
     tasks = {
         key: Task(conditions_task, (config, code, sizes[code], key)) for code, key in keys.items()
     }
-    results = runner.run("conditions with spin", tasks)
+    # they take a thirtieth of the time of the leaves, and ten times as many bytes
+    results = runner.run("conditions with spin", tasks, stored=False)
     shapes = [
         ShapeConditions(**{name: results[key][name] for name in ShapeConditions._fields})
         for key in keys.values()
@@ -255,17 +259,29 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
         # one BLAS thread: the tasks run in parallel, and sums keep their order
         with threadpool_limits(limits=1, user_api="blas"):
             tree, leaves = grow_tree(inputs, simulate_outcomes, count, rng)
+        del inputs
         return tree, [conditions.select(rows, inside) for rows, inside in leaves]
 
-    nonspinning_tree, nonspinning_leaves = divide(draw_nonspinning, sizes.nonspinning_leaves, 0)
+    nonspinning_tree, leaves = divide(draw_nonspinning, sizes.nonspinning_leaves, 0)
+    nonspinning_leaves = len(leaves)
     spinning_tree, spinning_leaves = divide(draw_spinning, sizes.leaves, 1)
-    tree = join_trees(nonspinning_tree, len(nonspinning_leaves), spinning_tree)
-    leaves = [*nonspinning_leaves, *spinning_leaves]
-    columns = (np.concatenate(column) for column in zip(*leaves, strict=True))
+    leaves.extend(spinning_leaves)
+    del spinning_leaves
+    tree = join_trees(nonspinning_tree, nonspinning_leaves, spinning_tree)
     starts = np.cumsum([0, *(len(leaf.inside) for leaf in leaves)])
     probabilities = np.linspace(0.0, 1.0, N_KAPPA_QUANTILES)
     quantiles = np.quantile(np.concatenate(kappa_by_batch), probabilities)
-    return ShapeConditions._make([*columns, starts, *tree, quantiles])._asdict()
+    return ShapeConditions._make([*_take_columns(leaves), starts, *tree, quantiles])._asdict()
+
+
+def _take_columns(parts: list[Any]) -> list[NDArray[Any]]:
+    """Empty a list of tuples of arrays, and concatenate the first arrays, the second ones, ...
+
+    The parts of an array are freed before the next array is made, because they are large.
+    """
+    columns = [list(column) for column in zip(*parts, strict=True)]
+    parts.clear()
+    return [np.concatenate(columns.pop(0)) for _ in range(len(columns))]
 
 
 def _draw_conditions(
@@ -275,7 +291,7 @@ def _draw_conditions(
     batches = math.ceil(count / _BATCH)
     impacts_by_batch = (draw(math.ceil(count / batches), batch) for batch in range(batches))
     parts = [_rounded_conditions(config, impacts, rng) for impacts in impacts_by_batch]
-    columns, ratios, is_reflected, inputs = map(np.concatenate, zip(*parts, strict=True))
+    columns, ratios, is_reflected, inputs = _take_columns(parts)
     inside = np.ones(len(columns), dtype=bool)
     return LeafConditions(columns, ratios, is_reflected, inside), inputs
 
@@ -307,17 +323,19 @@ def leaf_task(
     model = DirectModel(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
 
-    def rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
+    def order(rows: NDArray[np.int64]) -> NDArray[np.int64]:
         # rebounds are in random order, and each condition is simulated about equally often; if
         # there are more conditions than rebounds, some are left out
-        order = rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
-        return _rebounds(model, config, shape_code, leaf, order, _stream(key, number))
+        return rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
 
+    def simulate_rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
+        return _rebounds(model, config, shape_code, leaf, rows, _stream(key, number))
+
+    around, inside = order(np.arange(len(leaf.inside))), order(np.flatnonzero(leaf.inside))
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
-        around = rebounds(np.arange(len(leaf.inside)), 0)
-        inside = rebounds(np.flatnonzero(leaf.inside), 1)
-        return fit_leaf(around, inside, sizes, rng)._asdict()
+        fitted = fit_leaf_experts(simulate_rebounds(around, 0), sizes, rng)
+        return leaf_arrays(fitted, simulate_rebounds(inside, 1), sizes.knots, rng)._asdict()
 
 
 def _rebounds(
@@ -329,7 +347,27 @@ def _rebounds(
     seed: int,
 ) -> Rebounds:
     """Simulate a rebound at each condition of the given rows; inputs and outcomes are folded."""
-    impacts, moments = _impacts(config.population, shape_code, leaf, rows)
+    count, outcomes = len(rows), len(OUTCOME_SIGNS) + has_works(config.domain.columns)
+    rebounds = Rebounds(np.empty((count, N_INPUTS)), np.empty((count, outcomes)))
+    for first in range(0, count, _BLOCK):
+        block = slice(first, first + _BLOCK)
+        rebounds.inputs[block], rebounds.outcomes[block] = _block_of_rebounds(
+            model, config, shape_code, leaf, rows[block], first, seed
+        )
+    return rebounds
+
+
+def _block_of_rebounds(
+    model: DirectModel,
+    config: Config,
+    shape_code: int,
+    leaf: LeafConditions,
+    rows: NDArray[np.int64],
+    first: int,
+    seed: int,
+) -> Rebounds:
+    """Simulate some of the rebounds of `_rebounds`; ``first`` is the number of the first one."""
+    impacts, moments = _impacts(config.population, shape_code, leaf, rows, first)
     is_reflected = leaf.is_reflected[rows]
     inputs = reflect(
         impact_inputs(impacts, moments, speed_coordinate(config)), is_reflected, INPUT_SIGNS
@@ -350,9 +388,16 @@ def _rebounds(
 
 
 def _impacts(
-    population: Population, shape_code: int, leaf: LeafConditions, rows: NDArray[np.int64]
+    population: Population,
+    shape_code: int,
+    leaf: LeafConditions,
+    rows: NDArray[np.int64],
+    first: int,
 ) -> tuple[Impacts, Moments]:
-    """Make impacts of the given rows of conditions, and the moments of inertia of their grains."""
+    """Make impacts of the given rows of conditions, and the moments of inertia of their grains.
+
+    The keys of the impacts count from ``first``.
+    """
     conditions, ratios = (column[rows].astype("f8") for column in leaf[:2])
     count = len(rows)
     grain = np.column_stack([np.full(count, float(shape_code)), ratios])
@@ -365,7 +410,7 @@ def _impacts(
         spin,
         inertia,
         grain,
-        np.arange(count, dtype=np.uint64),
+        np.arange(first, first + count, dtype=np.uint64),
         np.ones(count, dtype=np.uint32),
     )
     return impacts, moments

@@ -29,9 +29,6 @@ _ROUNDS, _PROBES = (1, 2), (6, 24)
 #: Rebounds of the measurement of chains.
 _CHAIN_REBOUNDS = 5e6
 
-#: Compressed bytes of each condition that is drawn; some conditions are stored with two leaves.
-_CONDITION_BYTES = 32
-
 
 class Cost(NamedTuple):
     """Estimated cost of a table."""
@@ -123,16 +120,4 @@ def cost_text(cost: Cost, workers: int | None) -> str:
         text += f" beside the {time_text(cost.spent, cost.spent)} that are done"
     if workers is not None and workers > 1:
         text += f", {time_text(low / workers, high / workers)} on {workers}"
-    if plan.spin:
-        text += f"; its finished pieces take about {_pieces_size(plan):.0f} MB until it is complete"
     return text
-
-
-def _pieces_size(plan: Plan) -> float:
-    """Estimate the size [MB] of the checkpoints of a spin law: the conditions of its leaves."""
-    count = sum(
-        spin_sizes.conditions(leaves)
-        for spin_sizes in plan.spin.values()
-        for leaves in (spin_sizes.leaves, spin_sizes.nonspinning_leaves)
-    )
-    return 1e-6 * _CONDITION_BYTES * count

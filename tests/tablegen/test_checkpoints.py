@@ -149,6 +149,12 @@ class TestRun:
         # the time of finished pieces counts
         assert runner.seconds == sum(float(arrays[SECONDS]) for arrays in loaded.values()) > 0.0
 
+    def test_results_are_stored_unless_they_need_not_be(self, store):
+        runner = TaskRunner(store)
+        runner.run("squares", squares(2), stored=False)
+        runner.run("squares", squares(3))
+        assert [store.load(key) is None for key in squares(2, 3)] == [True, False]
+
     def test_results_are_reported_and_change_the_note(self, terminal, store, capsys):
         runner = TaskRunner(store, progress=True)
         seen = []

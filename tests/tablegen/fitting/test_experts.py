@@ -103,7 +103,8 @@ def test_a_known_law_is_recovered():
     second = RNG.random(len(t)) < chosen
     mean = np.where(second, 1.0 + t[:, 0], -1.0 - 0.5 * t[:, 0])[:, None]
     scores = mean + 0.3 * RNG.normal(size=(len(t), 7))
-    fitted, likelihood = fit_experts(features(t), t, scores, 1, 2, np.random.default_rng(1))
+    vectors = np.hstack([features(t), scores]).astype(np.float32)
+    fitted, likelihood = fit_experts(vectors, 8, 7, 1, 2, np.random.default_rng(1))
     right = np.where(second, chosen, 1.0 - chosen)
     density = -0.5 * np.sum(((scores - mean) / 0.3) ** 2, axis=1)
     density -= 7.0 * np.log(0.3 * np.sqrt(2.0 * np.pi))
@@ -115,7 +116,6 @@ def test_a_known_law_is_recovered():
     np.testing.assert_allclose(deviations, 0.3, rtol=0.1)
     # with the slopes exchanged, the law is worse
     wrong = Experts(fitted.group_gate, fitted.gate, fitted.mean[::-1], fitted.factor, fitted.weight)
-    vectors = np.hstack([features(t), scores]).astype(np.float32)
     assert expectation(wrong, vectors).likelihood / len(t) < likelihood - 1.0
 
 
@@ -124,7 +124,8 @@ def test_hard_samples_give_finite_numbers(n):
     """Outcomes that are constant, functions of the condition, and equal to another outcome."""
     t, scores = RNG.normal(size=(n, 8)), RNG.normal(size=(n, 7))
     scores[:, 1], scores[:, 2], scores[:, 3] = 0.0, t[:, 0], scores[:, 0]
-    fitted, likelihood = fit_experts(features(t), t, scores, 2, 8, np.random.default_rng(2))
+    vectors = np.hstack([features(t), scores]).astype(np.float32)
+    fitted, likelihood = fit_experts(vectors, 8, 7, 2, 8, np.random.default_rng(2))
     for part in (fitted.group_gate, fitted.gate, fitted.mean, fitted.factor, likelihood):
         assert np.isfinite(part).all()
     assert (np.einsum("kii->ki", fitted.factor) > 0.0).all()

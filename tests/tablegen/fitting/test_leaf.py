@@ -6,7 +6,7 @@ from scipy.stats import ks_2samp, norm
 from spin_laws import folded_inputs
 
 from sampler.formats.bounds import N_EXPERTS, N_FEATURES, SCORE_MAX
-from tablegen.fitting.leaf import Rebounds, fit_leaf
+from tablegen.fitting.leaf import Rebounds, fit_leaf_experts, leaf_arrays
 from tablegen.fitting.resolution import SpinSizes
 from tablegen.fitting.spin_coordinates import features
 from tablegen.fitting.spin_scores import StoredExperts, bounded_scores
@@ -43,10 +43,14 @@ def drawn_from(leaf, inputs, rng):
     return np.column_stack([np.interp(score, knots, row) for score, row in columns])
 
 
+def fit_leaf(around, inside, rng):
+    return leaf_arrays(fit_leaf_experts(around, SIZES, rng), inside, SIZES.knots, rng)
+
+
 @pytest.fixture(scope="module")
 def leaf():
     rng = np.random.default_rng(1)
-    return fit_leaf(rebounds(rng), rebounds(rng), SIZES, rng)
+    return fit_leaf(rebounds(rng), rebounds(rng), rng)
 
 
 @pytest.mark.parametrize("root_angle", [None, 0.4, 0.6, 0.8])
@@ -84,6 +88,6 @@ def test_with_works_and_where_quantiles_of_p_v_would_be_negative():
     rng = np.random.default_rng(4)
     parts = [rebounds(rng, outcomes=8) for _ in range(2)]
     below = [part._replace(outcomes=part.outcomes - 1.0) for part in parts]
-    leaf = fit_leaf(*below, SIZES, rng)
+    leaf = fit_leaf(*below, rng)
     assert leaf.mean.shape == (N_EXPERTS, N_FEATURES, 8)
     assert leaf.quantiles[1, 0] > 0.0
