@@ -28,7 +28,7 @@ MAX_ROUGHNESS = 0.5
 #: at every hit, drawn by (seed, index, hit). An array (..., 3): shape code, b/a, c/b.
 Grain = Literal["own", "fresh"] | ArrayLike
 
-#: Numbers on the last axis of some arguments: the components of a vector, a grain.
+#: Numbers on the last axis of some arguments: the components of a vector, a grain, a `Geometry`.
 VECTORS = {
     "velocity": 3,
     "normal": 3,
@@ -37,6 +37,7 @@ VECTORS = {
     "omega": 3,
     "grain": 3,
     "gas_rotation": 3,
+    "geometry": 4,
 }
 
 #: What to do where the random numbers of a draw are not chosen.

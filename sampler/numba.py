@@ -182,9 +182,11 @@ _GAS = {"diameter": _NUMBER, "density": _NUMBER, "viscosity": _NUMBER, "gas_rota
 _torque = _function("rbt_gas_torque", {"omega": _VECTOR, **_GAS}, 3, types.void)
 _DECAY = {"omega": _VECTOR, "time": _NUMBER, "inertia": _NUMBER}
 _after = _function("rbt_spin_after", _DECAY | _GAS, 3, types.void)
-_half_size = _function("rbt_half_size", {"diameter": _NUMBER, "grain": _VECTOR}, 0, types.float64)
-_inertia = _function("rbt_inertia", {"grain": _VECTOR}, 0, types.float64)
-_sphericity = _function("rbt_sphericity", {"grain": _VECTOR}, 0, types.float64)
+_SIZED = {"handle": _HANDLE, "diameter": _NUMBER, "grain": _VECTOR}
+_half_size = _function("rbt_half_size", _SIZED, 0, types.float64)
+_GRAIN = {"handle": _HANDLE, "grain": _VECTOR}
+_inertia = _function("rbt_inertia", _GRAIN, 0, types.float64)
+_sphericity = _function("rbt_sphericity", _GRAIN, 0, types.float64)
 _IMPACT = {"velocity": _VECTOR, "normal": _VECTOR, "critical_speed": _NUMBER}
 _deposits = _function("rbt_deposits", _IMPACT | {"wall_velocity": _OPTIONAL}, 0)
 
@@ -363,21 +365,21 @@ def grain(handle: int, seed: int, index: int, hit: int | None = None) -> Vector:
 
 
 @numba.njit(nogil=True)
-def half_size(diameter: float, grain: Vector) -> float:
-    """Compute the largest half-size of a grain [m]; see `sampler.half_size`. A mesh gives 0."""
-    return _half_size(diameter, grain)[0]
+def half_size(handle: int, diameter: float, grain: Vector) -> float:
+    """Compute the largest half-size of a grain [m]; see `sampler.half_size`. 0: it is not known."""
+    return _half_size(handle, diameter, grain)[0]
 
 
 @numba.njit(nogil=True)
-def inertia(grain: Vector) -> float:
-    """Compute the mean moment of inertia of a grain over m a^2; a mesh gives 0."""
-    return _inertia(grain)[0]
+def inertia(handle: int, grain: Vector) -> float:
+    """Compute the mean moment of inertia of a grain over m a^2; 0: it is not known."""
+    return _inertia(handle, grain)[0]
 
 
 @numba.njit(nogil=True)
-def sphericity(grain: Vector) -> float:
-    """Compute the sphericity of a grain; see `sampler.sphericity`. A mesh gives 0."""
-    return _sphericity(grain)[0]
+def sphericity(handle: int, grain: Vector) -> float:
+    """Compute the sphericity of a grain; see `sampler.sphericity`. 0: it is not known."""
+    return _sphericity(handle, grain)[0]
 
 
 @numba.njit(nogil=True)

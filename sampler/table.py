@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler import errors, library
+from sampler import errors, library, wall
 from sampler.arguments import (
     Call,
     Grain,
@@ -29,6 +29,7 @@ from sampler.errors import InputError
 from sampler.files import find_table
 from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.image import table_image
+from sampler.formats.shape_geometry import Geometry
 from sampler.law import Reduction, reduced_draws
 from sampler.library import OpenTable, Report
 from sampler.row_codes import RowCodes
@@ -72,6 +73,9 @@ class Table:
         Whether the table has a spin law, for particles that arrive spinning.
     speed_independent : bool
         Whether rebounds do not depend on the speed. Then no speed lies outside the table.
+    shape_geometry : dict
+        Geometry of the shapes of its grains, by shape code, for `sampler.half_size`: volume, mean
+        moment of inertia and surface, as spin/shape_geometry in a file.
     alpha_nodes_deg, speed_nodes : float64 array, shape (n_alpha,) and (n_speed,)
         Impact angles [degrees] and speeds [m/s] of the nodes. For spheres they are the ends of the
         configured range.
@@ -124,6 +128,7 @@ class Table:
         low, high = contents.datasets.get("spin/alpha_range_deg", (0.0, 0.0))
         others = (float(low), float(high)) if high > 0.0 else None
         self.covered = make_covered(self._table.covered(), self.has_spin, others)
+        self.shape_geometry = _geometry_by_code(contents)
         self._codes = RowCodes(self.pair, self.covered, outside)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -571,13 +576,15 @@ class Table:
         Raises
         ------
         InputError
-            If a diameter is not positive, or if the table has no spin law or has meshes, whose
-            volume it does not hold.
+            If a diameter is not positive, if the table has no spin law, or if it has meshes and is
+            of format 3.0, which does not have their volume.
         """
+        if not self.has_spin:
+            raise InputError("mean_half_size", problem=f"the table {self.pair} has no spin law")
         mean = library.library().rbt_mean_half_size(self.handle, 1.0)
         if mean == 0.0:
-            problem = f"the table {self.pair} has no spin law, or has meshes"
-            raise InputError("mean_half_size", problem=problem)
+            problem, remedy = wall.MESHES_WITHOUT_VOLUME, wall.MAKE_AGAIN
+            raise InputError("mean_half_size", problem=problem, remedy=remedy)
         return mean * as_positive("diameter", diameter)
 
     def to_device(self, dtype: Literal["float64", "float32"] = "float64") -> "DeviceTable":
@@ -637,6 +644,19 @@ class Table:
         self._codes.refuse(call, report)
         self._codes.count(call, report, 4)
         return reduced_draws(self._table, call, len(self.columns), reduce)
+
+
+def _geometry_by_code(contents: TableContents) -> dict[int, Geometry]:
+    """Pair the codes of the shapes that grains have with their geometries."""
+    if not contents.has_spin:
+        return {}
+    rows = zip(
+        contents["spin/shape_codes"].tolist(),
+        contents["spin/shape_weights"].tolist(),
+        contents.shape_geometry.tolist(),
+        strict=True,
+    )
+    return {code: Geometry(*numbers) for code, weight, numbers in rows if weight > 0.0}
 
 
 def load(

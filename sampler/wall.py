@@ -4,7 +4,8 @@ The functions take numbers and arrays, and call the compiled library.
 """
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +21,7 @@ from sampler.arguments import (
 )
 from sampler.errors import InputError
 from sampler.formats.bounds import SINGLE_ROUNDING
-from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
+from sampler.formats.shape_geometry import Geometry
 from sampler.library import library
 
 Reals = NDArray[np.float64]
@@ -29,6 +30,10 @@ Reals = NDArray[np.float64]
 _FROM_ZERO = ("time", "viscosity", "critical_speed", "ra", "rq", "poisson", "wall_poisson")
 
 _AT_REST = (0.0, 0.0, 0.0)
+
+#: What is said of a table of format 3.0 with meshes, and what to do.
+MESHES_WITHOUT_VOLUME = "the table is of format 3.0, which does not have the volume of its meshes"
+MAKE_AGAIN = "make it again: tablegen generate"
 
 
 def _checked(**given: ArrayLike) -> dict[str, Reals]:
@@ -171,11 +176,21 @@ def spin_after(
     return _by_rows("rbt_spin_after_rows", 3, **given, **gas)
 
 
-def half_size(diameter: ArrayLike, grain: ArrayLike) -> Reals:
+class Grains(Protocol):
+    """What has grains: a `Table`, or a `tablegen.DirectModel`."""
+
+    @property
+    def shape_geometry(self) -> Mapping[int, Geometry]:
+        """Volume, moment of inertia and surface of its shapes and meshes, by shape code."""
+
+
+def half_size(table: Grains, diameter: ArrayLike, grain: ArrayLike) -> Reals:
     """Compute the largest half-size of grains from the diameter of a sphere of equal volume.
 
     Parameters
     ----------
+    table : Table or tablegen.DirectModel
+        Whose grains they are.
     diameter : float or array, shape (...)
         Diameter of the sphere that has the volume of the grain [m].
     grain : array, shape (..., 3)
@@ -189,26 +204,28 @@ def half_size(diameter: ArrayLike, grain: ArrayLike) -> Reals:
     Raises
     ------
     InputError
-        If a diameter is not positive, or a grain is none of the known shapes. Meshes are refused,
-        because a table does not hold their volume.
+        If a diameter is not positive, if the table does not have a shape, or if a grain is a mesh
+        and the table is of format 3.0, which does not have the volume of its meshes.
 
     Examples
     --------
     >>> import sampler
-    >>> sphere = [4, 1.0, 1.0]
-    >>> sampler.half_size(60e-6, sphere)
+    >>> spheres = sampler.load("kharaz-2001")
+    >>> sampler.half_size(spheres, 60e-6, [4, 1.0, 1.0])
     array(3.e-05)
     """
-    return _by_rows("rbt_half_size_rows", diameter=diameter, grain=_known(grain))
+    return _by_rows("rbt_half_size_rows", **_sized(table, grain, diameter=diameter))
 
 
-def inertia(grain: ArrayLike) -> Reals:
+def inertia(table: Grains, grain: ArrayLike) -> Reals:
     """Compute the mean moment of inertia of grains over m a^2.
 
     It takes the place of the inertia about the spin if that is not known.
 
     Parameters
     ----------
+    table : Table or tablegen.DirectModel
+        Whose grains they are.
     grain : array, shape (..., 3)
         Shape code, b/a and c/b, as for `half_size`.
 
@@ -226,17 +243,19 @@ def inertia(grain: ArrayLike) -> Reals:
     Examples
     --------
     >>> import sampler
-    >>> sampler.inertia([4, 1.0, 1.0])  # a sphere
+    >>> sampler.inertia(sampler.load("kharaz-2001"), [4, 1.0, 1.0])  # a sphere
     array(0.4)
     """
-    return _by_rows("rbt_inertia_rows", grain=_known(grain))
+    return _by_rows("rbt_inertia_rows", **_sized(table, grain))
 
 
-def sphericity(grain: ArrayLike) -> Reals:
+def sphericity(table: Grains, grain: ArrayLike) -> Reals:
     """Compute the sphericity of grains, for laws of drag.
 
     Parameters
     ----------
+    table : Table or tablegen.DirectModel
+        Whose grains they are.
     grain : array, shape (..., 3)
         Shape code, b/a and c/b, as for `half_size`.
 
@@ -257,26 +276,35 @@ def sphericity(grain: ArrayLike) -> Reals:
     Examples
     --------
     >>> import sampler
-    >>> print(f"{sampler.sphericity([1, 1.0, 1.0]):.3f}")  # a cube
+    >>> table = sampler.load("corundum-steel-compact")
+    >>> print(f"{sampler.sphericity(table, [1, 1.0, 1.0]):.3f}")  # a cube
     0.806
     """
-    return _by_rows("rbt_sphericity_rows", grain=_known(grain))
+    return _by_rows("rbt_sphericity_rows", **_sized(table, grain))
 
 
-def _known(grain: ArrayLike) -> Reals:
-    """Coerce grains; refuse meshes, and ratios that no grain has."""
+def _sized(table: Grains, grain: ArrayLike, **given: ArrayLike) -> dict[str, ArrayLike]:
+    """Find the geometry of grains, and return the arguments of a function in C, in order.
+
+    Refuses shapes that the table does not have, meshes of unknown volume, and ratios that no grain
+    has.
+    """
     rows = as_finite("grain", grain)
     codes, ratios = rows[..., 0], rows[..., 1:]
-    usable = np.isin(codes, [SHAPE_CODES[name] for name in SHAPE_NAMES])
+    usable = np.isin(codes, list(table.shape_geometry))
     usable &= ((ratios > 0.0) & (ratios <= 1.0 + SINGLE_ROUNDING)).all(axis=-1)
     if not usable.all():
         row = int(np.argmin(usable))
-        given = ", ".join(f"{x:.9g}" for x in rows.reshape(-1, 3)[row])
-        known = ", ".join(f"{SHAPE_CODES[name]} {name}" for name in SHAPE_NAMES)
-        allowed = f"a code ({known}), and b/a and c/b above 0 and at most 1"
+        refused = ", ".join(f"{x:.9g}" for x in rows.reshape(-1, 3)[row])
+        known = ", ".join(map(str, table.shape_geometry)) or "no spin law, so none"
+        allowed = f"a shape code of the table ({known}), and b/a and c/b above 0 and at most 1"
         index = row_index(row, usable.shape) if usable.ndim else None
-        raise InputError("grain", given, allowed, row=index)
-    return rows
+        raise InputError("grain", refused, allowed, row=index)
+    kinds, places = np.unique(codes, return_inverse=True)
+    geometry = np.array([table.shape_geometry[int(code)] for code in kinds]).reshape(-1, 4)
+    if not geometry[:, 0].all():
+        raise InputError("grain", problem=MESHES_WITHOUT_VOLUME, remedy=MAKE_AGAIN)
+    return {"geometry": geometry[places].reshape(*codes.shape, 4), **given, "grain": rows}
 
 
 def critical_speed(

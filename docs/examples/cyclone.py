@@ -113,13 +113,13 @@ def gas_velocity(x, y, z):
     return radial * c - around * s, radial * s + around * c, axial
 
 
-def drag_of(diameter, grain):
+def drag_of(diameter, sphericity):
     """Coefficients of the drag of Haider & Levenspiel, (n, 6).
 
     Rate of Stokes's drag on a sphere, 1/s; Reynolds number over slip, s/m; A, B, C and D of
     C_D = 24/Re (1 + A Re^B) + C / (1 + D/Re).
     """
-    s = np.minimum(sampler.sphericity(grain), 1.0)
+    s = np.minimum(sphericity, 1.0)
     return np.stack(
         (
             18.0 * VISCOSITY / (DENSITY * diameter**2),
@@ -265,16 +265,17 @@ def spin_energy(omega, inertia, half_size):
     return 0.5 * inertia * half_size**2 * (omega**2).sum(axis=1)
 
 
-def follow(rebound, grain_of, count, seed, progress):
+def follow(rebound, model, count, seed, progress):
     """Follow grains under a law of the wall to their ends; return a `Result`.
 
-    ``rebound`` has the arguments and results of `sampler.Table.rebound`; ``grain_of(seed, index)``
-    gives the grains that particles keep.
+    ``rebound`` has the arguments and results of `sampler.Table.rebound`; ``model`` is the
+    table or direct model whose grains they are.
     """
     rng, index = np.random.default_rng(seed), np.arange(count)
     diameter = SIZES[0] * (SIZES[1] / SIZES[0]) ** rng.random(count)
-    states, grain = inlet_states(count, rng), grain_of(seed, index)
-    drags, half_size = drag_of(diameter, grain), sampler.half_size(diameter, grain)
+    states, grain = inlet_states(count, rng), model.grains(seed, index)
+    drags = drag_of(diameter, sampler.sphericity(model, grain))
+    half_size = sampler.half_size(model, diameter, grain)
     mass = math.pi / 6.0 * DENSITY * diameter**3
     omega, inertia = np.zeros((count, 3)), np.zeros(count)
     fate, hits = np.zeros(count, int), np.zeros(count, int)
@@ -516,7 +517,7 @@ def main(arguments=None):
         ThreadPoolExecutor() as pool,
     ):
         runs = [
-            pool.submit(follow, law, model.grains, args.grains, seed, progress)
+            pool.submit(follow, law, model, args.grains, seed, progress)
             for law, seed in zip(laws.values(), seeds, strict=True)
         ]
         results = {name: run.result() for name, run in zip(laws, runs, strict=True)}

@@ -28,9 +28,9 @@ ENERGY = "energy of those thrown back, J/kg"
 Result = namedtuple("Result", "diameter fate hits energy spin ahead column speed angle field share")
 
 
-def drag_of(diameter, grain):
+def drag_of(diameter, sphericity):
     """Factors of the rate of drag: that of Stokes, 1/s, and Reynolds number over slip, s/m."""
-    round_ = np.minimum(sampler.sphericity(grain), 1.0)  # rounding of spheres
+    round_ = np.minimum(sphericity, 1.0)  # rounding of spheres
     k1 = 1.0 / (1.0 / 3.0 + 2.0 / 3.0 / np.sqrt(round_))
     k2 = 10.0 ** (1.8148 * (-np.log10(round_)) ** 0.5743)
     stokes = 18.0 * VISCOSITY / (DENSITY * diameter**2 * k1)
@@ -118,11 +118,14 @@ def fly(states, drags, field):
     return where, normal, times[:, 0], times[:, 1]
 
 
-def follow(law, grain_of, count, sizes, seed, progress):
-    """Follow grains of diameters between two from wall to wall to their ends; return a `Result`."""
+def follow(law, model, count, sizes, seed, progress):
+    """Follow grains of diameters between two from wall to wall to their ends; return a `Result`.
+
+    ``model`` is the table or direct model whose grains they are.
+    """
     rng, index, hits = np.random.default_rng(seed), np.arange(count), np.zeros(count, int)
     diameter = rng.uniform(*sizes, count)
-    drags = drag_of(diameter, grain_of(seed, index))
+    drags = drag_of(diameter, sampler.sphericity(model, model.grains(seed, index)))
     states = np.tile([AHEAD, 0.0, SPEED, 0.0, 0.0], (count, 1))
     states[:, 1] = PITCH * rng.random(count)
     omega, moment, fate = np.zeros((count, 3)), np.zeros(count), np.full(count, STAYED)
@@ -154,12 +157,12 @@ def follow(law, grain_of, count, sizes, seed, progress):
     return Result(*ends, *map(np.concatenate, zip(*met, strict=True)), sum(fields[1:]), share)
 
 
-def follow_each(laws, grain_of, count, sizes, seed):
+def follow_each(laws, model, count, sizes, seed):
     """Follow independent grains under each law; return `Result`s by name."""
     results = {}
     with tqdm(total=count * len(laws), unit="grain") as progress:
         for number, (name, law) in enumerate(laws.items()):
-            results[name] = follow(law, grain_of, count, sizes, 100 * seed + number, progress)
+            results[name] = follow(law, model, count, sizes, 100 * seed + number, progress)
     return results
 
 

@@ -72,12 +72,12 @@ def varied_configurations(config):
 
 def follow_cylinders(model, count, seed, progress):
     """Follow grains past the cylinders."""
-    return cylinders.follow(direct_law(model), model.grains, count, SIZES, seed, progress)
+    return cylinders.follow(direct_law(model), model, count, SIZES, seed, progress)
 
 
 def follow_cyclone(model, count, seed, progress):
     """Follow grains in the cyclone."""
-    return cyclone.follow(model.rebound, model.grains, count, seed, progress)
+    return cyclone.follow(model.rebound, model, count, seed, progress)
 
 
 def print_cylinders(results):

@@ -73,8 +73,8 @@ def main(arguments=None):
     laws = {"again": direct_law(model)} | model_laws(table, config) | {single: numba_law(table)}
     laws["compact table"] = table_law(sampler.load("corundum-steel-compact"))
     laws |= {name: mean_law(*polynomials) for name, polynomials in MEANS.items()}
-    follow_each(laws, model.grains, 100, SIZES, 1)  # compiles
-    results = follow_each(laws, model.grains, args.grains, SIZES, 1)
+    follow_each(laws, model, 100, SIZES, 1)  # compiles
+    results = follow_each(laws, model, args.grains, SIZES, 1)
     direct = results.pop("again")
     figure, axes = plt.subplots(figsize=(7.0, 4.5), layout="constrained")
     print("\n| wall | walls, % of the run time | error, % |\n|---|---|---|")

@@ -44,7 +44,7 @@ LOOKS = {
 def grains_of(model, diameter, seed, index, **_):
     """Grains that a table or direct model keeps, and their largest half-sizes."""
     grain = model.grains(seed, index)
-    return grain, sampler.half_size(diameter, grain)
+    return grain, sampler.half_size(model, diameter, grain)
 
 
 def direct_law(model):
@@ -189,9 +189,9 @@ def main(arguments=None):
     laws = model_laws(table, config)
     laws["compact table"] = table_law(sampler.load("corundum-steel-compact"))
     laws |= {name: mean_law(*polynomials) for name, polynomials in MEANS.items()}
-    sizes, grains = 1e-6 * np.array(args.sizes), tablegen.DirectModel(config).grains
+    sizes = 1e-6 * np.array(args.sizes)
     laws = {name: laws[name] for name in LOOKS}
-    results = follow_each(laws, grains, args.grains, sizes[[0, -1]], args.seed)
+    results = follow_each(laws, table, args.grains, sizes[[0, -1]], args.seed)
     for low, high in (sizes[[0, -1]], *itertools.pairwise(sizes)):
         print_results(results, low, high)
     if args.output:

@@ -13,7 +13,7 @@ int rbt_open_image(const void *image, size_t size, rbt_table **table)
 
 /* -- functions of one particle, called for n particles ---------------------------------------------
 
-   Arrays have n numbers, or 3 n if they are vectors. */
+   Arrays have n numbers, or 3 n if they are vectors or grains, or 4 n if they are geometries. */
 
 void rbt_gas_torque_rows(size_t n, const double *omega, const double *diameter,
                          const double *density, const double *viscosity,
@@ -33,22 +33,24 @@ void rbt_spin_after_rows(size_t n, const double *omega, const double *time, cons
                        gas_rotation + 3 * k, new_omega + 3 * k);
 }
 
-void rbt_half_size_rows(size_t n, const double *diameter, const double *grain, double *half_size)
+void rbt_half_size_rows(size_t n, const double *geometry, const double *diameter,
+                        const double *grain, double *half_size)
 {
     for (size_t k = 0; k < n; k++)
-        half_size[k] = rbt_half_size(diameter[k], grain + 3 * k);
+        half_size[k] = rbti_half_size(geometry + 4 * k, diameter[k], grain + 3 * k);
 }
 
-void rbt_inertia_rows(size_t n, const double *grain, double *inertia)
+void rbt_inertia_rows(size_t n, const double *geometry, const double *grain, double *inertia)
 {
     for (size_t k = 0; k < n; k++)
-        inertia[k] = rbt_inertia(grain + 3 * k);
+        inertia[k] = rbti_inertia(geometry + 4 * k, grain + 3 * k);
 }
 
-void rbt_sphericity_rows(size_t n, const double *grain, double *sphericity)
+void rbt_sphericity_rows(size_t n, const double *geometry, const double *grain,
+                         double *sphericity)
 {
     for (size_t k = 0; k < n; k++)
-        sphericity[k] = rbt_sphericity(grain + 3 * k);
+        sphericity[k] = rbti_sphericity(geometry + 4 * k, grain + 3 * k);
 }
 
 void rbt_deposits_rows(size_t n, const double *velocity, const double *normal,

@@ -26,7 +26,7 @@ from sampler.formats.channels import MOST_NAMES
 #: Begins every file; its line ends show a transfer as text, its first byte one of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
 #: Major and minor version of the format. A reader takes any minor version of its major version.
-BINARY_VERSION = (4, 0)
+BINARY_VERSION = (5, 0)
 #: Bytes to which every array is aligned: a cache line.
 ALIGNMENT = 64
 #: Files are smaller than this, so that 32-bit indices reach everything in them.
@@ -120,6 +120,8 @@ ARRAYS = (
             "b/a and c/b of all their grains; 0: they are drawn"),
         ("ratio_range", "<f8", ("n_shapes", 2, 2),
             "smallest and largest b/a, then c/b, that were simulated"),
+        ("shape_geometry", "<f8", ("n_shapes", 4),
+            "volumes, moments and surfaces, as spin/shape_geometry; 0: not known"),
     ),
     *_of("n_leaves",
         ("shape_inertia", "<f8", ("n_shapes", 2),

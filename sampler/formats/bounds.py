@@ -152,6 +152,9 @@ FOLD = 0.1
 #: Smallest moment of inertia over m a^2 of any grain, and coefficients of the moments of a shape.
 LEAST_INERTIA, INERTIA_COEFFICIENT = (0.0, INERTIA), (1e-9, 1.0)
 
+#: Largest number of the geometry of a shape; a box has a volume of 8 a b c.
+MOST_GEOMETRY = 1e3
+
 #: Sizes of the spin a |Omega| / V that a law can cover.
 SPIN_SIZE = (0.0, 1e6)
 

@@ -186,27 +186,27 @@ module rebound_sampler
       real(c_double) :: half_size
     end function c_mean_half_size
 
-    ! Largest half-size, m, of a grain whose volume is that of a sphere of the diameter; 0: not known.
-    function rbt_half_size(diameter, grain) result(half_size) bind(c)
-      import :: c_double
+    function c_half_size(table, diameter, grain) result(half_size) bind(c, name="rbt_half_size")
+      import :: c_double, c_ptr
+      type(c_ptr), value :: table
       real(c_double), value :: diameter
       real(c_double), intent(in) :: grain(3)
       real(c_double) :: half_size
-    end function rbt_half_size
+    end function c_half_size
 
-    ! Mean moment of inertia of a grain over m a**2; 0: not known.
-    function rbt_inertia(grain) result(inertia) bind(c)
-      import :: c_double
+    function c_inertia(table, grain) result(inertia) bind(c, name="rbt_inertia")
+      import :: c_double, c_ptr
+      type(c_ptr), value :: table
       real(c_double), intent(in) :: grain(3)
       real(c_double) :: inertia
-    end function rbt_inertia
+    end function c_inertia
 
-    ! Surface of the sphere of equal volume over that of a grain; 0: not known.
-    function rbt_sphericity(grain) result(sphericity) bind(c)
-      import :: c_double
+    function c_sphericity(table, grain) result(sphericity) bind(c, name="rbt_sphericity")
+      import :: c_double, c_ptr
+      type(c_ptr), value :: table
       real(c_double), intent(in) :: grain(3)
       real(c_double) :: sphericity
-    end function rbt_sphericity
+    end function c_sphericity
 
     ! Normal speed, m/s, below which a smooth dry elastic sphere stays on a wall (Brach & Dunn 1992);
     ! NaN if an argument cannot be used. Moduli of elasticity are in Pa.
@@ -314,6 +314,33 @@ contains
     n = c_variables(table%handle, c_loc(columns))
     places = columns(:n) + 1
   end function rbt_variables
+
+  ! Largest half-size, m, of a grain whose volume is that of a sphere of the diameter; 0: not known.
+  function rbt_half_size(table, diameter, grain) result(half_size)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in) :: diameter, grain(3)
+    real(c_double) :: half_size
+
+    half_size = c_half_size(table%handle, diameter, grain)
+  end function rbt_half_size
+
+  ! Mean moment of inertia of a grain over m a**2; 0: not known.
+  function rbt_inertia(table, grain) result(inertia)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in) :: grain(3)
+    real(c_double) :: inertia
+
+    inertia = c_inertia(table%handle, grain)
+  end function rbt_inertia
+
+  ! Surface of the sphere of equal volume over that of a grain; 0: not known.
+  function rbt_sphericity(table, grain) result(sphericity)
+    type(rbt_table), intent(in) :: table
+    real(c_double), intent(in) :: grain(3)
+    real(c_double) :: sphericity
+
+    sphericity = c_sphericity(table%handle, grain)
+  end function rbt_sphericity
 
   ! Mean of rbt_half_size over the particles of the table; 0: not known.
   function rbt_mean_half_size(table, diameter) result(half_size)

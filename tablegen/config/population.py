@@ -1,16 +1,18 @@
 """Particle populations: shapes and meshes with weights, and the law of the aspect ratios."""
 
-import math
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, ValidationError, create_model, model_validator
+from scipy.spatial import ConvexHull
 from scipy.special import ndtr
 
 from sampler.errors import InputError
+from sampler.formats.bounds import LEAST_RATIO
 from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
+from sampler.formats.shape_geometry import TRUNCATION, Geometry, geometry_of_shape
 from tablegen.config.complaints import refusal, shown
 from tablegen.config.defaults import MIXTURE
 from tablegen.config.field_types import AspectPair, AspectRange, Line, Record
@@ -127,13 +129,32 @@ class MeshShape(Record):
         return cached_particle(self.vertices)
 
 
+def _ordered_sizes(particle: MeshParticle) -> tuple[float, float]:
+    """Find b and c of a mesh over a, as of other grains: its ratios b/a and c/b are at most 1.
+
+    The moments of inertia decide the order of the axes, so that the extent along the second or the
+    third may be the largest.
+    """
+    _, b, c = particle.half_sizes
+    b_over_a = min(max(b, LEAST_RATIO), 1.0)
+    return b_over_a, b_over_a * min(max(c / b, LEAST_RATIO), 1.0)
+
+
+def _mesh_geometry(particle: MeshParticle) -> Geometry:
+    """Compute the geometry of a mesh. Its ratios are fixed, so its surface counts as of a box."""
+    b, c = _ordered_sizes(particle)
+    hull, mean_moment = ConvexHull(particle.vertices), float(particle.moments.mean())
+    surface = float(hull.area) / (b + b * c + c)
+    return Geometry(float(hull.volume) / (b * c), mean_moment / (1.0 + b * b + c * c), surface, 0.0)
+
+
 def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
     """Put meshes one after another in arrays, for kernels."""
     maps = [particle.support_map for particle in particles]
     lengths = [(len(one.starts), len(one.points)) for one in maps]
     firsts = np.zeros((len(particles) + 1, 2), dtype=np.int64)
     np.cumsum(np.array(lengths, dtype=np.int64).reshape(-1, 2), axis=0, out=firsts[1:])
-    sizes = [(*p.half_sizes[1:], p.bounding_radius) for p in particles]
+    sizes = [(*_ordered_sizes(p), p.bounding_radius) for p in particles]
     none = np.empty((0, 3))
     return MeshArguments(
         moments=np.array([p.moments for p in particles]).reshape(-1, 3),
@@ -162,8 +183,7 @@ class Population(Record):
     """Shapes and meshes with weights, aspect ratios, and the truncation of prisms."""
 
     #: f in (0, 1): corners of a truncated prism are cut at f times the half-edge from the corner.
-    #: With the default a cube becomes a regular truncated cube.
-    truncation: Annotated[float, Field(gt=0.0, lt=1.0)] = 2.0 - math.sqrt(2.0)
+    truncation: Annotated[float, Field(gt=0.0, lt=1.0)] = TRUNCATION
     shapes: ShapeWeights = ShapeWeights()
     #: Ratios of all shapes but spheres; meshes have their own.
     aspect: Annotated[
@@ -238,6 +258,13 @@ class Population(Record):
         for k, mesh in enumerate(meshes):
             strata.append(Stratum(FIRST_MESH + k, mesh.weight / total, Population(meshes=(mesh,))))
         return tuple(strata)
+
+    def shape_geometry(self) -> dict[int, Geometry]:
+        """Give volume, moment and surface of the shapes and meshes of positive weight, by code."""
+        codes = (SHAPE_CODES[name] for name in self.shapes.positive())
+        shapes = {code: geometry_of_shape(code, self.truncation) for code in codes}
+        meshes = enumerate(self._weighty_meshes(), FIRST_MESH)
+        return shapes | {code: _mesh_geometry(mesh.particle()) for code, mesh in meshes}
 
     def with_mesh(self, mesh: MeshFile) -> "Population":
         """Give all particles the shape of one mesh, from `tablegen.config.mesh.read_mesh`."""

@@ -167,7 +167,7 @@ def spin_law(
 
 def _coverage_datasets(config: Config, codes: list[int]) -> dict[str, NDArray[Any]]:
     """Make the datasets of the grains of the population, and of the range that the law covers."""
-    arguments = config.population.kernel_arguments()
+    arguments, geometry = config.population.kernel_arguments(), config.population.shape_geometry()
     return {
         "spin/shape_codes": np.array(codes, dtype=np.int32),
         "spin/shape_weights": np.diff(arguments.cumulative_weights, prepend=0.0),
@@ -180,6 +180,7 @@ def _coverage_datasets(config: Config, codes: list[int]) -> dict[str, NDArray[An
         "spin/shape_inertia": np.array(
             [inertia_coefficients(config.population, code) for code in codes]
         ),
+        "spin/shape_geometry": np.array([geometry[code] for code in codes]),
     }
 
 

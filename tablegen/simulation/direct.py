@@ -1,5 +1,6 @@
 """Direct simulation of particles that each have their own velocity, spin and grain."""
 
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from sampler.arguments import (
 )
 from sampler.errors import InputError
 from sampler.formats.channels import STATE
+from sampler.formats.shape_geometry import Geometry
 from sampler.library import processors
 from tablegen.config.config import Config, ModelSettings
 from tablegen.config.pairs import MaterialPair
@@ -78,8 +80,12 @@ class DirectModel:
     ----------
     columns : tuple of str
         The variables in the columns of a state: u, v, w, omega_x, omega_y, omega_z.
+    shape_geometry : dict
+        As of `sampler.Table`, for `sampler.half_size`.
 
-    Notes ----- A grain is a shape and its ratios b/a and c/b. Between walls it tumbles. Its angular
+    Notes
+    -----
+    A grain is a shape and its ratios b/a and c/b. Between walls it tumbles. Its angular
     momentum L and its rotational energy T are constant, and so are the mean angular velocity omega
     = (2T/L^2) L and the inertia about it, L^2 / (2T m a^2). These four numbers are given before a
     rebound and returned after it.
@@ -120,9 +126,8 @@ class DirectModel:
     columns = STATE
 
     def __init__(self, config: Config, population: Population | None = None) -> None:
-        self._arrays = DirectArrays.from_parts(
-            config.pair, population or config.population, config.model
-        )
+        self._population = population or config.population
+        self._arrays = DirectArrays.from_parts(config.pair, self._population, config.model)
 
     @classmethod
     def from_parts(
@@ -130,8 +135,14 @@ class DirectModel:
     ) -> "DirectModel":
         """Make a model from laws, particles and numerical parameters."""
         model = cls.__new__(cls)
+        model._population = population
         model._arrays = DirectArrays.from_parts(pair, population, numerics)
         return model
+
+    @cached_property
+    def shape_geometry(self) -> dict[int, Geometry]:
+        """Volume, moment of inertia and surface of the shapes and meshes, by code."""
+        return self._population.shape_geometry()
 
     def sample(
         self,

@@ -221,7 +221,7 @@ static void ask(const rbt_table *table, size_t n, const uint64_t *index, const u
         !(rbt_mean_half_size(table, 1e-4) >= 0.0))
         fail("a query fails");
     for (size_t k = 0; k < n && code == RBT_OK; k++)
-        if (!(rbt_half_size(1e-4, grains + 3 * k) > 0.0))
+        if (!(rbt_half_size(table, 1e-4, grains + 3 * k) > 0.0))
             fail("a grain has no size");
     rbt_gas_torque(omega, 1e-4, 1.2, one_in(9) ? 0.0 : 1.8e-5, NULL, torque);
     rbt_spin_after(omega, 1e-3, 1e-20, 1e-4, 1.2, one_in(9) ? 0.0 : 1.8e-5, omega, after);

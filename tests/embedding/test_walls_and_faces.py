@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 import toolchain
 from known_vectors import VECTORS
+from sized_tables import sized_contents
 
 import sampler
 from sampler.formats.channels import VARIABLES
+from sampler.formats.image import write_binary_table
 
 SUMS = [
     "hits",
@@ -46,6 +48,9 @@ def functions(library):
         ("rbt_highest_speed", real, (table,)),
         ("rbt_critical_speed_at", real, (real, real, real)),
         ("rbt_moment_of_inertia", real, (table, *[ctypes.c_uint64] * 2, *[real] * 4)),
+        ("rbt_half_size", real, (table, real, ctypes.c_void_p)),
+        ("rbt_inertia", real, (table, ctypes.c_void_p)),
+        ("rbt_sphericity", real, (table, ctypes.c_void_p)),
         ("rbt_angle_bin", ctypes.c_int, (ctypes.POINTER(FaceHit),)),
         ("rbt_speed_bin", ctypes.c_int, (ctypes.POINTER(FaceHit), real)),
         ("rbt_add_face_hit", None, (ctypes.POINTER(FaceHit), ctypes.c_void_p)),
@@ -163,7 +168,28 @@ def test_moment_of_inertia(functions):
         known = functions.rbt_moment_of_inertia(table, 7, 5, 0.3, *sizes)
         assert known == pytest.approx(0.3 * mass * half_size**2)
         drawn = functions.rbt_moment_of_inertia(table, 7, 5, 0.0, *sizes)
-        assert drawn == pytest.approx(sampler.inertia(grain) * mass * half_size**2)
+        moment = sampler.inertia(sampler.load(VECTORS / "spin.h5"), grain)
+        assert drawn == pytest.approx(moment * mass * half_size**2)
     with toolchain.opened(functions, VECTORS / "full.rbt") as table:  # without a spin law
         sphere = functions.rbt_moment_of_inertia(table, 7, 5, 0.0, *sizes)
         assert sphere == pytest.approx(0.1 * mass * diameter**2)
+
+
+def test_sizes_of_grains_in_c_are_those_in_python(functions, tmp_path):
+    """Of shapes and meshes; the mean agrees with that over many grains in the tests of Python."""
+    contents = sized_contents()
+    write_binary_table(tmp_path / "sized.rbt", contents)
+    sized = sampler.Table(contents)
+    grains = np.unique(sized.grains(7, np.arange(200)), axis=0)
+    assert len(grains) == len(contents["spin/shape_codes"])
+    with toolchain.opened(functions, tmp_path / "sized.rbt") as table:
+        for grain in grains:
+            at = grain.ctypes.data
+            assert functions.rbt_half_size(table, 6e-5, at) == sampler.half_size(sized, 6e-5, grain)
+            assert functions.rbt_inertia(table, at) == sampler.inertia(sized, grain)
+            assert functions.rbt_sphericity(table, at) == sampler.sphericity(sized, grain)
+        mean = functions.rbt_mean_half_size(table, 6e-5)
+        assert mean == pytest.approx(sized.mean_half_size(6e-5), rel=1e-12)
+        of_none = np.array([9.0, 1.0, 1.0])
+        assert functions.rbt_half_size(table, 6e-5, of_none.ctypes.data) == 0.0
+        assert functions.rbt_half_size(None, 6e-5, grains[0].ctypes.data) == 0.0

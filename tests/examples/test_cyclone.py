@@ -15,7 +15,7 @@ NO_DRAG = np.array([[0.0, 1.0, 1.0, 1.0, 1.0, 1.0]])
 
 
 def follow(rebound, model, count, seed):
-    return cyclone.follow(rebound, model.grains, count, seed, tqdm(disable=True))
+    return cyclone.follow(rebound, model, count, seed, tqdm(disable=True))
 
 
 def cylindrical(r, z):
@@ -79,8 +79,7 @@ def test_without_gas_grains_fall_freely_to_the_wall_ahead(place, velocity, wall)
 
 
 def test_flights_are_those_of_an_independent_integration():
-    diameter, grain = np.array([20e-6]), np.array([[1.0, 0.8, 0.7]])
-    drags = cyclone.drag_of(diameter, grain)
+    drags = cyclone.drag_of(np.array([20e-6]), np.array([0.78]))
     start = np.array([[0.08, 0.0, 0.15, -10.0, 30.0, 2.0]])
     a, b, c, d = drags[0, 2:]
 

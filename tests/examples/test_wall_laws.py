@@ -29,7 +29,7 @@ def test_gas_flows_around_the_cylinders():
 
 
 def test_flights_are_those_of_an_independent_integration():
-    drags = cylinders.drag_of(np.array([40e-6]), np.array([[4.0, 1.0, 1.0]]))
+    drags = cylinders.drag_of(np.array([40e-6]), np.ones(1))
     start = np.array([[-0.01, 0.006, 60.0, -30.0, 10.0]])
 
     def slope(_, p):
@@ -66,10 +66,10 @@ def test_means_are_those_of_the_polynomials():
 def test_tables_are_direct_simulation_and_spheres_are_not(models, config, count, seed):
     """Columns agree within three standard errors; equal laws would fail with 2 % of seeds."""
     compact = wall_laws.table_law(sampler.load("corundum-steel-compact"))
-    laws, results, grains = models | {"compact table": compact}, {}, DirectModel(config).grains
+    laws, results, model = models | {"compact table": compact}, {}, DirectModel(config)
     for number, name in enumerate(wall_laws.LOOKS):
         if name in ("direct simulation", "table", "compact table", "sphere"):
-            given = laws[name], grains, count, SIZES, 100 * seed + number, tqdm(disable=True)
+            given = laws[name], model, count, SIZES, 100 * seed + number, tqdm(disable=True)
             results[name] = cylinders.figures_of(cylinders.follow(*given), *SIZES)
     direct = results["direct simulation"]
     off = {name: wall_laws.errors_off(row, direct) for name, row in results.items()}

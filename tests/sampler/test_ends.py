@@ -112,7 +112,10 @@ def test_ratios_and_shapes(strict):
     for b, c in ((b_least, c_most), (b_most, c_least)):
         strict.sample(0.7, 60.0, grain=np.float32([0.0, b, c]), **given)
     refused("grain", strict.sample, 0.7, 60.0, grain=(0.0, b_least * (1.0 - BEYOND), 1.0), **given)
-    assert sampler.sphericity((4, 1.0 + WITHIN, 1.0)) == pytest.approx(1.0, abs=1e-6)
+    assert sampler.sphericity(strict, rounded) == pytest.approx(
+        sampler.sphericity(strict, (0.0, b_most, c_least))
+    )
+    refused("grain", sampler.sphericity, strict, (0.0, b_most * (1.0 + BEYOND), c_most))
 
 
 def test_each_shape_and_each_ratio_has_its_own_range():

@@ -153,7 +153,13 @@ def test_grains_and_their_sizes():
     np.testing.assert_array_equal(grain, table.grains(5, 8))
     assert sampler.numba.grain(table.handle, 5, 8, 0) == grain
     assert sampler.numba.grain(table.handle, 5, 8, 1) != grain
-    assert sampler.numba.half_size(6e-5, (4, 1, 1)) == pytest.approx(3e-5, rel=1e-15)
+    for name in ("inertia", "sphericity"):
+        size = getattr(sampler.numba, name)
+        assert size(table.handle, grain) == getattr(sampler, name)(table, grain)
+        assert size(table.handle, (9, 1, 1)) == 0.0
+    assert sampler.numba.half_size(table.handle, 6e-5, grain) == sampler.half_size(
+        table, 6e-5, grain
+    )
     assert np.isnan(sampler.numba.grain(0, 5, 8)).all()
 
 

@@ -22,15 +22,15 @@ typedef struct rbti_header {
         spin_speed[2], spin_size[2], spin_coordinate[2], aspect[8];
     uint64_t at_alpha_coordinate, at_speed_coordinate, at_normals, at_alias, at_first_of_class,
         at_components, at_spans, at_quantiles, at_shape_codes, at_shape_shares, at_shape_ratios,
-        at_ratio_range, at_shape_inertia, at_kappa_quantiles, at_roots, at_node_axis, at_node_cut,
-        at_node_child, at_inputs, at_spin_spans, at_spin_quantiles, at_group_gates, at_gates,
-        at_experts, at_laws;
+        at_ratio_range, at_shape_geometry, at_shape_inertia, at_kappa_quantiles, at_roots,
+        at_node_axis, at_node_cut, at_node_child, at_inputs, at_spin_spans, at_spin_quantiles,
+        at_group_gates, at_gates, at_experts, at_laws;
 } rbti_header;
 /* end header */
 
 /* begin checks */
 #define RBTI_MAGIC "\211\122\102\124\015\012\032\012"
-#define RBTI_MAJOR 4
+#define RBTI_MAJOR 5
 #define RBTI_MOST_BYTES 0x80000000u
 #define RBTI_SPEED_INDEPENDENT 1u
 #define RBTI_SPHERES 2u
@@ -76,6 +76,7 @@ typedef struct rbti_header {
     DO(shape_shares, spin.shape_shares, double, h->n_shapes, h->n_shapes, 1, 0)                    \
     DO(shape_ratios, spin.shape_ratios, double, h->n_shapes, h->n_shapes, (uint64_t)2, 0)          \
     DO(ratio_range, spin.ratio_range, double, h->n_shapes, h->n_shapes, (uint64_t)2 * 2, 0)        \
+    DO(shape_geometry, spin.shape_geometry, double, h->n_shapes, h->n_shapes, (uint64_t)4, 0)      \
     DO(shape_inertia, spin.shape_inertia, double, h->n_leaves, h->n_shapes, (uint64_t)2, 0)        \
     DO(kappa_quantiles, spin.kappa_quantiles, double, h->n_leaves, h->n_shapes, (uint64_t)33, 0)   \
     DO(roots, spin.roots, int32_t, h->n_leaves, h->n_shapes, 1, 0)                                 \

@@ -327,20 +327,23 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_grains(const rbt_table *table, size_t n,
 
 /* -- sizes and shapes of grains ------------------------------------------------------------------- */
 
-/* Largest half-size a of a grain whose volume is that of a sphere of this diameter, m. 0 for a mesh,
-   whose volume is not known. */
-RBT_API RBT_DEVICE double rbt_half_size(double diameter, const double grain[3]);
+/* Sizes of grains, of shapes of the table; 0 for any other shape. A table that was made from a file of
+   format 3.0 does not have the volume of its meshes, and gives 0 for meshes, too. */
 
-/* Mean of rbt_half_size over the particles of a table, m. 0 for a table without a spin law or with
-   meshes. */
+/* Largest half-size a of a grain whose volume is that of a sphere of this diameter, m. */
+RBT_API RBT_DEVICE double rbt_half_size(const rbt_table *table, double diameter,
+                                        const double grain[3]);
+
+/* Mean of rbt_half_size over the particles of a table, m. 0 for a table without a spin law, and where the
+   size of a mesh is not known. */
 RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diameter);
 
-/* Mean moment of inertia of a grain over m a^2. 0 for a mesh. */
-RBT_API RBT_DEVICE double rbt_inertia(const double grain[3]);
+/* Mean moment of inertia of a grain over m a^2. */
+RBT_API RBT_DEVICE double rbt_inertia(const rbt_table *table, const double grain[3]);
 
 /* Sphericity of a grain, for laws of drag: the surface of the sphere of equal volume over the surface of
-   the grain. 0 for a mesh. */
-RBT_API RBT_DEVICE double rbt_sphericity(const double grain[3]);
+   the grain. */
+RBT_API RBT_DEVICE double rbt_sphericity(const rbt_table *table, const double grain[3]);
 
 /* -- flights: the torque of the gas ---------------------------------------------------------------
 
@@ -373,8 +376,8 @@ RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, doubl
                                        const double gas_rotation[3], double new_omega[3]);
 
 /* Moment of inertia of a particle about its spin, kg m2: k m a^2. If the inertia k is 0, not known, it is
-   the mean moment of the particle's grain; of a mesh or without a spin law, that of the sphere of equal
-   volume. `mass` is in kg, `half_size` and `diameter` in m. */
+   the mean moment of the particle's grain, or, where the table does not have that, the moment of the
+   sphere of equal volume. `mass` is in kg, `half_size` and `diameter` in m. */
 RBT_API RBT_DEVICE double rbt_moment_of_inertia(const rbt_table *table, uint64_t seed, uint64_t index,
                                                 double inertia, double mass, double half_size,
                                                 double diameter);
@@ -482,7 +485,8 @@ typedef struct rbt_spin_law {
     double speed_scale, speed_exponent; /* Of the coordinate of the speed, in units of speed_last. */
     double aspect[8]; /* Laws of b/a and c/b: mean, deviation, lowest and highest probability. */
     const int32_t *shape_codes;
-    const double *shape_shares, *shape_ratios, *ratio_range, *shape_inertia, *kappa_quantiles;
+    const double *shape_shares, *shape_ratios, *ratio_range, *shape_inertia, *kappa_quantiles,
+        *shape_geometry;
     const int32_t *roots;
     const int8_t *node_axis;
     const double *node_cut;

@@ -3,27 +3,25 @@
    Volumes, moments of inertia and surfaces of grains with the half-sizes a, b and c. Lengths are in m;
    moments of inertia are over m a^2. Formulae of the shapes: tables/LAWS.md. */
 
-/* Volume of a shape over a b c, by its code; 0 for a mesh. */
-RBTI_INLINE RBT_DEVICE double rbti_volume(double shape)
+/* Volume, mean moment of inertia and two numbers of the surface of a shape, as spin/shape_geometry in
+   tables/FORMAT.md has them; NULL for a shape that the table does not have. */
+RBTI_INLINE RBT_DEVICE const double *rbti_geometry(const rbt_table *table, double shape)
 {
-    const double volumes[5] = {4.0 / 3.0 * RBTI_PI, 8.0, 7.731986497631108, 8.0 / 3.0,
-                               4.0 / 3.0 * RBTI_PI};
-    return shape >= 0.0 && shape <= 4.0 ? volumes[(int)shape] : 0.0;
+    const int32_t row = table ? rbti_row_of_shape(&table->spin, shape) : 0;
+    return table && row < table->spin.n_shapes ? table->spin.shape_geometry + 4 * row : NULL;
 }
 
-RBT_API RBT_DEVICE double rbt_half_size(double diameter, const double grain[3])
+RBTI_INLINE RBT_DEVICE double rbti_half_size(const double geometry[4], double diameter,
+                                             const double grain[3])
 {
-    const double volume = rbti_volume(grain[0]) * grain[1] * grain[1] * grain[2];
+    const double volume = geometry[0] * grain[1] * grain[1] * grain[2];
     return volume > 0.0 ? 0.5 * diameter * cbrt(4.0 / 3.0 * RBTI_PI / volume) : 0.0;
 }
 
-RBT_API RBT_DEVICE double rbt_inertia(const double grain[3])
+RBTI_INLINE RBT_DEVICE double rbti_inertia(const double geometry[4], const double grain[3])
 {
-    const double squares[5] = {0.2, 1.0 / 3.0, 0.3191877964358231, 0.2, 0.2}; /* mean of x^2 / a^2 */
     const double b = grain[1], c = b * grain[2];
-    if (!(rbti_volume(grain[0]) > 0.0))
-        return 0.0;
-    return 2.0 / 3.0 * squares[(int)grain[0]] * (1.0 + b * b + c * c);
+    return geometry[1] * (1.0 + b * b + c * c);
 }
 
 /* Surface of an ellipsoid with half-axes 1, b, c over 4 pi: R_G(b^2, c^2, b^2 c^2), by duplication of
@@ -45,21 +43,33 @@ RBTI_INLINE RBT_DEVICE double rbti_ellipsoid_surface(double b, double c)
                   sqrt(first * second / last));
 }
 
-RBT_API RBT_DEVICE double rbt_sphericity(const double grain[3])
+RBTI_INLINE RBT_DEVICE double rbti_sphericity(const double geometry[4], const double grain[3])
 {
-    const double b = grain[1], c = b * grain[2], faces = b + b * c + c; /* of a box, over 8 */
-    const double across = sqrt(b * b + c * c + b * b * c * c), cut = 0.5857864376269049;
-    const double half = rbt_half_size(2.0, grain);
-    double surface = 8.0 * across; /* of a tetrahedron, with half-edges 1, b, c of the box */
-    if (!(half > 0.0))
-        return 0.0;
-    if (grain[0] == 0.0 || grain[0] == 4.0)
+    const double b = grain[1], c = b * grain[2], half = rbti_half_size(geometry, 2.0, grain);
+    double surface = geometry[2] * (b + b * c + c) +
+                     geometry[3] * sqrt(b * b + c * c + b * b * c * c);
+    if (surface == 0.0) /* of an ellipsoid */
         surface = 4.0 * RBTI_PI * rbti_ellipsoid_surface(b, c);
-    else if (grain[0] == 1.0)
-        surface = 8.0 * faces;
-    else if (grain[0] == 2.0)
-        surface = 8.0 * faces * (1.0 - 0.5 * cut * cut) + 4.0 * cut * cut * across;
-    return 4.0 * RBTI_PI / (half * half * surface);
+    return half > 0.0 ? 4.0 * RBTI_PI / (half * half * surface) : 0.0;
+}
+
+RBT_API RBT_DEVICE double rbt_half_size(const rbt_table *table, double diameter,
+                                        const double grain[3])
+{
+    const double *geometry = rbti_geometry(table, grain[0]);
+    return geometry ? rbti_half_size(geometry, diameter, grain) : 0.0;
+}
+
+RBT_API RBT_DEVICE double rbt_inertia(const rbt_table *table, const double grain[3])
+{
+    const double *geometry = rbti_geometry(table, grain[0]);
+    return geometry ? rbti_inertia(geometry, grain) : 0.0;
+}
+
+RBT_API RBT_DEVICE double rbt_sphericity(const rbt_table *table, const double grain[3])
+{
+    const double *geometry = rbti_geometry(table, grain[0]);
+    return geometry ? rbti_sphericity(geometry, grain) : 0.0;
 }
 
 /* Mean of a power of a drawn ratio, at 256 midpoints: within 1e-6. */
@@ -85,7 +95,7 @@ RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diam
         const int are_drawn = ratios[0] == 0.0;
         const double grain[3] = {(double)law->shape_codes[row], are_drawn ? 1.0 : ratios[0],
                                  are_drawn ? 1.0 : ratios[1]};
-        const double half = rbt_half_size(diameter, grain);
+        const double half = rbt_half_size(table, diameter, grain);
         if (half == 0.0)
             return 0.0;
         sum += (law->shape_shares[row] - before) * half *
@@ -103,6 +113,6 @@ RBT_API RBT_DEVICE double rbt_moment_of_inertia(const rbt_table *table, uint64_t
 {
     double grain[3];
     if (!(inertia > 0.0) && rbt_grains(table, 1, seed, &index, NULL, grain) == RBT_OK)
-        inertia = rbt_inertia(grain);
+        inertia = rbt_inertia(table, grain);
     return inertia > 0.0 ? inertia * mass * half_size * half_size : 0.1 * mass * diameter * diameter;
 }

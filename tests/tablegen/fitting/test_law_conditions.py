@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mesh_fixtures import box
 
+from sampler.formats.bounds import LEAST_RATIO
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.config.mesh import MeshFile
@@ -251,6 +252,25 @@ def test_moments_are_those_of_the_model(shape):
     for k, (b, c) in enumerate(ratios):
         expected = np.sort(inertia(code, b, b * c, population.truncation))
         np.testing.assert_allclose([moments.smallest[k], moments.largest[k]], expected[[0, 2]])
+
+
+def test_a_mesh_whose_extents_do_not_decrease_has_ratios_that_a_table_can_store():
+    """Its moments decide the order of its axes, and stay those of the mesh."""
+    spiked = np.concatenate([box(0.8, 0.78), [[0.0, 0.0, 1.1], [0.0, 0.0, -1.1]]])
+    corners = tuple(map(tuple, spiked.tolist()))
+    population = CONFIG.population.with_mesh(MeshFile("spiked", corners, len(corners), 1.0))
+    ranges = ratio_range(population, FIRST_MESH)
+    np.testing.assert_array_equal(ranges[:, 0], ranges[:, 1])
+    assert (ranges >= LEAST_RATIO).all()
+    assert (ranges <= 1.0).all()
+    assert ranges[0, 0] == 1.0
+    particle = population.meshes[0].particle()
+    moments = grain_moments(population, FIRST_MESH, ranges[None, :, 0])
+    np.testing.assert_allclose(moments.smallest, particle.moments[0])
+    np.testing.assert_allclose(moments.largest, particle.moments[2])
+    np.testing.assert_array_equal(
+        DirectModel(CONFIG, population).grains(7, 3), [FIRST_MESH, *ranges[:, 0]]
+    )
 
 
 def test_moments_of_meshes_and_the_least_of_a_population():
