@@ -22,7 +22,9 @@
    do: gcc 12 forgets them for some functions that have versions. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(RBTI_GPU)
 #pragma GCC push_options
+#ifndef __SANITIZE_ADDRESS__ /* gcc would compile checked draws for four times as long */
 #pragma GCC optimize("O3", "fp-contract=off", "no-ipa-cp-clone", "no-tree-pre")
+#endif
 #endif
 
 /* Word of normal number `row` of a draw: 2 to 7, 9 and 10. Words 0 and 1 choose a part of the law, and

@@ -72,7 +72,7 @@ def errors_apart(one, other):
 def test_drawn_phases_are_as_good_as_kept_orientations(shape):
     """Ten averages of each shape within 4.5 standard errors: false alarms 3e-4 together."""
     model = model_of(shape)
-    grains = model.grains(7, np.arange(1500))
+    grains = model.grains(7, np.arange(800))
     orientations = kept(model, grains, 1)
     assert np.abs(errors_apart(orientations, drawn(model, grains, 2))).max() < 4.5
     if shape == "ellipsoid":  # which settle into rolling: that uniform orientations would be seen
