@@ -43,7 +43,28 @@ class Command(click.Command):
     """Command of both programs, whose outputs are no inputs and whose examples name the program."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; raises `InputError` if an output is also an input or another output."""
+        """Run the command; raises `InputError` if an output is also an input or another output.
+
+        Errors of functions that the command calls name the option as the user has typed it.
+        """
+        self._check_outputs(ctx)
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            if error.source:  # a field of a file
+                raise
+            raise error.replaced(argument=self._typed(error.argument)) from error
+
+    def _typed(self, argument: str) -> str:
+        """Return the first option that may have given an argument, by name or kind of file."""
+        for param in self.params:
+            kind = getattr(param.type, "kind_of_file", None)
+            if argument in (param.name, kind):
+                return flag_of(param) if isinstance(param, click.Option) else argument
+        return argument
+
+    def _check_outputs(self, ctx: click.Context) -> None:
+        """Refuse an output that is also an input or another output."""
         named = [(p.opts[0], p.type, ctx.params.get(str(p.name))) for p in self.params]
         taken = {_identity(v): n for n, kind, v in named if not isinstance(kind, OutputFile) and v}
         for name, kind, value in named:
@@ -53,7 +74,6 @@ class Command(click.Command):
                     problem = f"{value} is the file that {taken[key]} names, too"
                     raise InputError(name, problem=problem, remedy="give another file")
                 taken[key] = name
-        return super().invoke(ctx)
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the examples, in which PROGRAM stands for the program."""
@@ -101,8 +121,9 @@ def run_program(program: Program, argv: Sequence[str] | None, context: Any = Non
     except MemoryError:
         line = "error: there is not enough memory; ask for a smaller count, or fewer samples"
         return ended(program, BAD_INPUT, line)
-    except OSError as error:  # of the system: a full disk, a file that went away
-        return ended(program, FAILED, f"error: {error}")
+    except OSError as error:  # of the system; files of outputs are named by an InputError
+        place = "cannot write to standard output" if error.filename is None else error.filename
+        return ended(program, BAD_INPUT, f"error: {place}: {error.strerror or error}")
     except Exception as error:
         traceback.print_exception(error)
         line = f"error: a defect of the program, please report it; {type(error).__name__}: {error}"
@@ -167,6 +188,10 @@ class OutputFile(click.ParamType):
         return path
 
 
+#: What files that have names are, by suffix.
+_KINDS_OF_FILES = {".h5": "table", ".toml": "configuration", ".csv": "measurements"}
+
+
 class Named(click.ParamType):
     """Name of a file that comes with the package, or a path; a shell completes both.
 
@@ -180,6 +205,8 @@ class Named(click.ParamType):
 
     def __init__(self, suffix: str) -> None:
         self.suffix = suffix
+        #: As the errors of `find_file` name it.
+        self.kind_of_file = _KINDS_OF_FILES[suffix]
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str

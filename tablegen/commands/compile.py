@@ -3,6 +3,7 @@
 import click
 
 from sampler import options
+from sampler.errors import InputError
 from sampler.options import DONE, note
 
 
@@ -23,7 +24,7 @@ def compile_kernels() -> int:
     from tempfile import TemporaryDirectory
 
     from tablegen.config.config import load_config
-    from tablegen.model.jit import cache_folder
+    from tablegen.model.jit import cache_folder, kernels_are_kept
     from tablegen.simulation.direct import DirectModel
     from tablegen.tables.generate import generate
 
@@ -44,5 +45,8 @@ def compile_kernels() -> int:
         generate(config, Path(folder) / "small.h5", conditions=0)
     model = DirectModel(config)
     model.sample(0.5, 150.0, grain=model.grains(1, [0, 1]), seed=1, index=[0, 1])
+    if not kernels_are_kept():
+        problem = f"the machine code cannot be written to {cache_folder()}"
+        raise InputError("NUMBA_CACHE_DIR", problem=problem, remedy="name a folder with space")
     note("tablegen", f"the machine code is in {cache_folder()}")
     return DONE

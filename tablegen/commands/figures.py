@@ -21,7 +21,11 @@ from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 )
 @click.argument("table", type=options.TABLE, metavar="[T.h5]", default="corundum-steel")
 @click.option(
-    "--output", required=True, type=click.Path(path_type=Path), metavar="DIR", help="A folder."
+    "--output",
+    required=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="A folder.",
 )
 @click.option(
     "--count",

@@ -8,7 +8,7 @@ import click
 
 from sampler import options
 from sampler.errors import InputError
-from sampler.files import find_file, write_arrays
+from sampler.files import write_arrays
 from sampler.formats.channels import STATE
 from sampler.formats.shape_codes import SHAPE_NAMES
 from sampler.options import DONE, note
@@ -125,7 +125,7 @@ def simulate(
     from tablegen.config.config import load_config
     from tablegen.simulation.simulate import make_condition, simulate_condition
 
-    config = load_config(find_file("--pair", pair, ".toml"))
+    config = load_config(pair)
     population = _chosen_particles(config.population, shape, particle, aspect)
     condition = make_condition(
         math.radians(alpha),

@@ -99,12 +99,42 @@ def _can_be_written(folder: Path) -> bool:
         folder.mkdir(parents=True, exist_ok=True)
         TemporaryFile(dir=folder).close()
     except OSError as error:
-        _LOG.warning("compiled kernels cannot be kept, set NUMBA_CACHE_DIR to a folder: %s", error)
+        _warn_not_kept(str(error))
         return False
     others = [path for path in folder.parent.glob("tablegen-*") if path != folder]
     for old in sorted(others, key=os.path.getmtime, reverse=True)[_KEPT_FOLDERS:]:
         shutil.rmtree(old, ignore_errors=True)
     return True
+
+
+#: Why compiled kernels could not be written to disk.
+_WRITE_FAILURES: set[str] = set()
+
+
+def kernels_are_kept() -> bool:
+    """Return whether all kernels that were compiled are on disk, for the next run."""
+    return not _WRITE_FAILURES
+
+
+def _warn_not_kept(reason: str) -> None:
+    """Log once for each reason that the next run will compile the kernels again."""
+    if reason not in _WRITE_FAILURES:
+        _WRITE_FAILURES.add(reason)
+        line = "compiled kernels cannot be kept, set NUMBA_CACHE_DIR to a folder with space: %s"
+        _LOG.warning(line, reason)
+
+
+def _go_on_without_space(compiled: Any) -> None:
+    """Let a kernel run whose machine code cannot be written, for example to a full disk."""
+    save = compiled._cache.save_overload
+
+    def save_or_warn(*arguments: Any) -> None:
+        try:
+            save(*arguments)
+        except OSError as error:
+            _warn_not_kept(str(error))
+
+    compiled._cache.save_overload = save_or_warn
 
 
 class _Messages(event.Listener):
@@ -146,8 +176,11 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
         compiled = numba.njit(**options, cache=kept)(function)
     finally:
         _CONFIG.CACHE_DIR = named
-    if parts is not None and compiled is not function:  # they are the same with NUMBA_DISABLE_JIT
-        parts.let_kernels_call(compiled, options)
+    if compiled is not function:  # they are the same with NUMBA_DISABLE_JIT
+        if kept:
+            _go_on_without_space(compiled)
+        if parts is not None:
+            parts.let_kernels_call(compiled, options)
     # for a type checker the function stays the same
     return cast(_Function, compiled)
 

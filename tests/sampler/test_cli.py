@@ -43,7 +43,12 @@ both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
         (click.UsageError("no such thing"), BAD_INPUT, "error: no such thing"),
         (MemoryError(), BAD_INPUT, "error: there is not enough memory; ask for "),
         (KeyboardInterrupt(), 130, "interrupted"),
-        (OSError(errno.ENOSPC, "No space left"), FAILED, "error: [Errno 28] No space left"),
+        (
+            OSError(errno.ENOSPC, "No space left on device"),
+            BAD_INPUT,
+            "error: cannot write to standard output: No space left on device",
+        ),
+        (OSError(errno.EDQUOT, "Quota", "a/file"), BAD_INPUT, "error: a/file: Quota"),
         # a defect keeps its traceback, and is no missed accuracy
         (RuntimeError("odd"), FAILED, "error: "),
         # lines are short and obey no terminal

@@ -62,7 +62,7 @@ def test_a_flag_takes_several_names(folder):
         (["--pair", "start.toml", "--free", "pair.x"], "free: got 'pair.x'"),
         (["--picture", "fit.txt"], "--picture: got fit.txt"),
         (["--output", "fitted.h5"], "--output: got fitted.h5"),
-        (["--grains", "round"], "grains: got 'round'"),
+        (["--grains", "round"], "--grains: got 'round'"),
     ],
 )
 def test_refusals(refused, flags, message):

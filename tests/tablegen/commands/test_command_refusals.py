@@ -28,6 +28,22 @@ def test_simulate_names_flag_and_value(refused, tmp_path, flag, values):
         assert (value if isinstance(value, str) else value[0]) in line
 
 
+def test_files_are_named_as_they_were_typed(refused, tmp_path):
+    none, output = tmp_path / "none.stl", {"--output": tmp_path / "r.npz"}
+    line = refused("simulate", *flags(SIMULATE, output | {"--shape": None, "--particle": none}))
+    assert line == f"--particle: there is no file {none}"
+    line = refused("simulate", *flags(SIMULATE, output | {"--pair": "none"}))
+    assert line.startswith("--pair: got 'none'")
+    scene = tmp_path / "scene.toml"
+    scene.write_text('name = "m"\npair = "demo"\n[[population.meshes]]\nfile = "none.stl"\n')
+    line = refused("generate", scene, "--output", tmp_path / "t.h5")
+    assert line == f"scene.toml: population.meshes[0].file: there is no file {none}"
+    (tmp_path / "taken").touch()
+    line = refused("figures", "--output", tmp_path / "taken")
+    assert "'--output'" in line
+    assert line.endswith("taken' is a file.")
+
+
 def test_missing_and_unknown_words_are_named(refused):
     for words in (["simulat"], ["--fast"], ["inspect"], ["inspect", "a", "b"]):
         refused(*words)
@@ -79,7 +95,7 @@ def test_files_beside_an_output_are_kept(refused, tmp_path):
         (("--samples", "999"), "--samples: got '999'"),
         (("--alpha", "40", "--alpha", "41"), "--alpha and --speed: got 2 and 0"),
         (("--alpha", "50", "--speed", "99"), "alpha: got 50 degrees"),
-        (("--accuracy", "good"), "accuracy: got 'good'"),
+        (("--accuracy", "good"), "--accuracy: got 'good'"),
         (
             ("--store", "--alpha", "40", "--speed", "99"),
             "--store: is given with chosen conditions; leave --alpha",

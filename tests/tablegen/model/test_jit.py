@@ -1,11 +1,13 @@
 """Machine code on disk: it is stored once, never used for other sources, and never fails a run."""
 
+import errno
 import re
 import subprocess
 import sys
 
 import pytest
 from numba.core import config
+from numba.core.caching import IndexDataCacheFile
 
 from tablegen.model import jit
 from tablegen.model.jit import kernel
@@ -16,6 +18,7 @@ def folder(tmp_path, monkeypatch):
     """Empty folder of the cache."""
     monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path / "cache"))
     jit._can_be_written.cache_clear()
+    monkeypatch.setattr(jit, "_WRITE_FAILURES", set())
     return jit.cache_folder()
 
 
@@ -52,7 +55,18 @@ def test_where_nothing_can_be_written_one_line_is_logged(folder, caplog):
     folder.parent.write_text("a file where the folder would be")
     assert [comes_from_disk(), comes_from_disk()] == [False, False]
     (line,) = caplog.messages
-    assert line.startswith("compiled kernels cannot be kept, set NUMBA_CACHE_DIR to a folder: ")
+    assert line.startswith("compiled kernels cannot be kept, set NUMBA_CACHE_DIR to a folder with ")
+
+
+def test_a_full_disk_fails_no_kernel_and_is_logged_once(folder, caplog, monkeypatch):
+    def fail(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(IndexDataCacheFile, "save", fail)
+    assert [comes_from_disk(), comes_from_disk()] == [False, False]
+    (line,) = caplog.messages
+    assert line.endswith("with space: [Errno 28] No space left on device")
+    assert not jit.kernels_are_kept()
 
 
 _KERNELS = """
