@@ -1,4 +1,4 @@
-"""Direct simulation of particle rebounds, and the tables made from it.
+"""Simulate the rebounds of non-spherical particles, and make tables to draw them from.
 
 >>> import numpy as np
 >>> from tablegen import load_config, simulate
@@ -7,9 +7,10 @@
 >>> rebounds.state.shape
 (1000, 6)
 
-``generate`` makes a table file from a configuration, ``validate`` compares one with fresh direct
-simulation, ``compare`` puts simulated rebounds beside measured ones, which ``read_measurements``
-reads; the first three are also commands of ``tablegen``.
+`simulate` simulates particles at one impact condition, and `DirectModel` simulates particles that
+each have their own velocity and spin. `generate` makes a table from a configuration, and `validate`
+compares a table with new direct simulation. `compare` puts simulated rebounds beside measured ones,
+and `calibrate` fits contact laws to them. The command ``tablegen`` does all of this, too.
 """
 
 import warnings

@@ -15,6 +15,8 @@ MODULES = [
     "sampler.wall",
     "tablegen",
     "tablegen.config.config",
+    "tablegen.measured.compare",
+    "tablegen.measured.reader",
     "tablegen.simulation.direct",
     "tablegen.simulation.simulate",
 ]

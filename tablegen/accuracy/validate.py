@@ -36,25 +36,40 @@ _SEED_BITS = 32
 
 @dataclass(frozen=True)
 class Validation:
-    """Result of a validation."""
+    """Comparisons of a table with direct simulation, and their judgement; from `validate`.
 
-    #: Name or path of the table, and checksum of the contents that were measured.
+    Attributes
+    ----------
+    table : str
+        Name or path of the table.
+    content_sha256 : str
+        Checksum of the contents that were measured.
+    seed : int
+        Seed of the conditions and of all random numbers. The same seed gives the same validation.
+    config : Config
+        Configuration of the table, with the accuracy that it declares.
+    asked : AccuracyTargets
+        Limits of the law of first impacts: the declared ones, unless others were asked for.
+    asked_spin : SpinTargets
+        Limits of the spin law: the declared ones, unless others were asked for.
+    stored : dict of float
+        Worst number of each limit that is stored in the table file.
+    comparisons : list of Comparison
+        Comparisons of the law of first impacts, by condition.
+    own : list of Comparison
+        Comparisons of the spin law at conditions without spin; empty if the table has no spin law.
+    hits : list of LaterHit
+        Comparisons of the spin law along chains of hits; empty if the table has no spin law.
+    """
+
     table: str
     content_sha256: str
-    #: The same seed gives the same validation.
     seed: int
-    #: Configuration of the table, with the accuracy that it declares.
     config: Config
-    #: Limits of the first-impact law and of the spin law: the declared ones, unless the user asked
-    #: for others.
     asked: AccuracyTargets
     asked_spin: SpinTargets
-    #: Worst number of each limit that is stored in the table file.
     stored: dict[str, float]
-    #: Comparisons of the first-impact law.
     comparisons: list[Comparison]
-    #: Comparisons of the spin law at conditions without spin, and along chains of hits. Both lists
-    #: are empty if the table has no spin law.
     own: list[Comparison]
     hits: list[LaterHit]
 
@@ -69,12 +84,12 @@ class Validation:
 
     @property
     def missed(self) -> list[Judged]:
-        """Numbers that do not hold."""
+        """Numbers beyond their limits."""
         return [number for number in self.numbers if not number.holds]
 
     @property
     def holds(self) -> bool:
-        """Whether all numbers hold."""
+        """Whether all numbers are within their limits."""
         return not self.missed
 
     def to_dict(self) -> dict[str, Any]:
@@ -114,34 +129,35 @@ def validate(
 ) -> Validation:
     """Compare a table with new direct simulation, and judge its accuracy.
 
-    The first-impact law is compared at conditions between nodes. If the table has a spin law, this
-    is compared at other conditions without spin, and along chains of sixty hits.
+    The law of first impacts is compared at conditions between the nodes. The spin law, if the table
+    has one, is compared at other conditions without spin, and along chains of sixty hits.
 
     Parameters
     ----------
     name_or_path : str or Path
         Name of a table that comes with the package, or path of a .h5 file.
-    conditions : int
-        Number of conditions between nodes, 1 or more, for each law.
+    conditions : int, optional
+        Number of conditions for each law, 1 or more.
     seed : int, optional
         Seed of the conditions and of all random numbers, 0 to 2**64 - 1. By default it is random;
         the result names it.
     samples : int, optional
-        Number of states on each side at each condition, and of grains of each kind in chains, 1000
-        or more. By default it is as large as the accuracy needs.
+        Number of states at each condition, from the table and from direct simulation each, and of
+        grains of each shape in chains, 1000 or more. By default it is as large as the accuracy
+        needs.
     accuracy : str, optional
         Accuracy to judge the table by: a preset ("compact", "standard" or "fine"), or limits such
         as "ks=0.01,spin_auc=0.6". By default it is the accuracy that the table declares.
     at : sequence of (alpha_deg, speed), optional
-        Conditions [degrees, m/s] of the first-impact law to compare instead. The spin law is not
-        compared then.
-    progress : bool
-        Show progress bars on standard error.
+        Conditions [degrees, m/s] at which to compare the law of first impacts instead. The spin law
+        is not compared then.
+    progress : bool, optional
+        Whether to show progress bars on standard error.
 
     Returns
     -------
     Validation
-        All comparisons, and whether they hold (`Validation.holds`).
+        All comparisons. `Validation.holds` says whether the table is as accurate as it should be.
 
     Raises
     ------
@@ -149,8 +165,15 @@ def validate(
         If the file is not a table, if it does not agree with its own configuration, if it is a
         table of spheres, or if an argument is out of range.
 
+    Notes
+    -----
+    docs/accuracy.md explains the distances, and when a table passes.
+
     Examples
     --------
+    A validation takes minutes, so this example is not run by the tests:
+
+    >>> from tablegen import validate
     >>> result = validate("corundum-steel", conditions=2, seed=1)  # doctest: +SKIP
     >>> result.holds  # doctest: +SKIP
     True

@@ -48,40 +48,62 @@ def calibrate(
     threads: int | None = None,
     progress: bool = False,
 ) -> Calibration:
-    """Find the smoothest contact laws that hold measured means.
+    """Find the smoothest contact laws that give measured means.
 
-    The grains are given. For each of the five named populations, or for those of ``grains``,
-    restitution and resistance are tables over the angle at the contact. Of the populations that
-    hold the means, the one with spreads nearest to the measured ones is chosen. Spreads never move
-    a mean.
+    The grains are not fitted. For each of five named populations, or for the grains that are given,
+    the restitution and the resistance are tables over the angle at the contact. Of the populations
+    with which the laws give all measured means, the one is chosen whose spreads are nearest to the
+    measured spreads. Spreads have no effect on the laws.
 
     Parameters
     ----------
     measured : Measurements, str or Path
-        A record, a name such as "grant-tabakoff-1975", or the path of a file.
+        Measured rebounds from `tablegen.read_measurements`, or the name or path of a file. A fit
+        takes at most 400 rows.
     output : str or Path, optional
-        File to write the chosen pair to.
+        File to which the chosen pair is written.
     grains : str or Path, optional
-        One of the named populations, a file with a population, or a shipped pair.
+        Grains to use: one of the named populations, a file with a population, or the name of a pair
+        that comes with the package.
     start : Config, optional
-        A pair whose form of the laws is kept; its population, unless ``grains`` names another.
+        Pair whose form of the laws is kept, while their numbers are fitted. It also gives the
+        grains, unless `grains` does.
     free : sequence of str, optional
-        Fields of ``start`` that are fitted (`tablegen.measured.free_numbers`), by default all;
-        ``+NAME`` adds to those.
-    seed : int
-        0 to 2**64 - 1.
+        Fields of `start` to fit (`tablegen.measured.free_numbers`). By default all fields that have
+        an effect are fitted; ``+NAME`` adds a field to these.
+    seed : int, optional
+        Seed of the simulation, 0 to 2**64 - 1.
     speed : float, optional
-        Impact speed [m/s] of rows that state none; needed if the law of ``start`` depends on it.
+        Impact speed of rows that state none [m/s]. It is needed if the law of `start` depends on
+        the speed.
     threads : int, optional
-        Default: one a processor. The result does not depend on it.
-    progress : bool
-        Show a progress bar on standard error.
+        Number of threads, which does not change the result. By default one for each processor.
+    progress : bool, optional
+        Whether to show a progress bar on standard error.
+
+    Returns
+    -------
+    Calibration
+        All fits, and the one that was chosen. `Calibration.missed` says whether means are missed.
 
     Raises
     ------
     InputError
-        If measurements, pair, grains and free fields do not go together, or the output cannot be
-        written.
+        If the measurements cannot be used, if measurements, pair, grains and free fields do not go
+        together, or if the output cannot be written.
+
+    Notes
+    -----
+    docs/calibration.md explains the tolerances of the means and the choice of the grains.
+
+    Examples
+    --------
+    A calibration takes a minute, so this example is not run by the tests:
+
+    >>> from tablegen import calibrate
+    >>> fit = calibrate("grant-tabakoff-1975", "my-sand.toml")  # doctest: +SKIP
+    >>> fit.chosen.grains, fit.missed  # doctest: +SKIP
+    ('rounded', False)
     """
     check_run(1, seed, 0, threads)
     data = measured if isinstance(measured, Measurements) else read_measurements(measured)

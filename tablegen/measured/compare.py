@@ -64,19 +64,31 @@ class Agreement:
 
 @dataclass(frozen=True)
 class MeasuredComparison:
-    """Simulated and measured rebounds; arguments as for `compare`."""
+    """Simulated rebounds beside measured ones, from `compare`.
 
-    #: Name of the material pair.
+    Attributes
+    ----------
+    pair : str
+        Name of the material pair.
+    shape : str or None
+        Simulated part of the population; None for all of it.
+    measured : Measurements
+        The measured rebounds, at n conditions.
+    speed : float64 array, shape (n,)
+        Impact speeds of the simulation [m/s].
+    count, seed, wall_tilt_deg
+        The arguments of `compare`.
+    means, spreads : dict of Agreement
+        Means and standard deviations, measured and simulated, by the name of the quantity.
+    """
+
     pair: str
-    #: Simulated part of the pair's population; None: all.
     shape: str | None
     measured: Measurements
-    #: Impact speeds of the simulation, m/s, (n,).
     speed: FloatArray
     count: int
     seed: int
     wall_tilt_deg: float
-    #: For each quantity that was measured.
     means: Mapping[str, Agreement]
     spreads: Mapping[str, Agreement]
 
@@ -98,7 +110,7 @@ class MeasuredComparison:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the deviations of all means of e_n and e_t; NaN without any."""
+        """Root mean square deviation of all means of e_n and e_t; NaN if none was measured."""
         deviations = [self.means[name].deviation for name in _RANKED if name in self.means]
         known = np.concatenate([[], *deviations])
         known = known[np.isfinite(known)]
@@ -117,36 +129,50 @@ def compare(
     threads: int | None = None,
     progress: bool = False,
 ) -> MeasuredComparison:
-    """Simulate measured impacts and compare the rebounds.
+    """Simulate rebounds at measured conditions, and compare them with the measurements.
 
     Parameters
     ----------
     config : Config
-        From `tablegen.load_config`: laws, particles and numerical parameters.
+        Configuration with laws, particles and numerical parameters, from `tablegen.load_config`.
     measured : Measurements or str
-        From `tablegen.read_measurements`, or its argument.
-    count : int
-        Particles of each shape at each condition, 2 or more.
-    seed : int
-        0 to 2**64 - 1.
+        Measured rebounds from `tablegen.read_measurements`, or the name or path of a file.
+    count : int, optional
+        Number of particles of each shape at each condition, 2 or more.
+    seed : int, optional
+        Seed of the simulation, 0 to 2**64 - 1.
     speed : float, optional
-        Impact speed of the rows that state none, m/s.
-    wall_tilt_deg : float
-        Standard deviation of the tilt of the facets of a rough wall, degrees, up to 28.65.
+        Impact speed of rows that state none [m/s].
+    wall_tilt_deg : float, optional
+        Standard deviation of the tilt of the facets of a rough wall [degrees], 0 to 28.65. By
+        default the wall is smooth.
     shape : str, optional
-        Part of the population, as for `tablegen.config.population.Population.restricted_to`.
+        One shape to simulate alone, such as "prism", or "mixture" for all shapes but the sphere. By
+        default the particles are those of the configuration.
     threads : int, optional
-        Default: one a processor. The result does not depend on it.
-    progress : bool
-        Show a progress bar on standard error.
+        Number of threads, which does not change the result. By default one for each processor.
+    progress : bool, optional
+        Whether to show a progress bar on standard error.
+
+    Returns
+    -------
+    MeasuredComparison
+        Means and standard deviations, measured and simulated, with their errors.
 
     Raises
     ------
     InputError
-        If an argument is out of range, the measurements cannot be used, or a row states no speed,
-        none is given and the rebounds depend on it.
+        If an argument is out of range, if the measurements cannot be used, or if the rebounds
+        depend on the speed and a row has none.
     RuntimeError
         If a particle is still in contact after 10**8 collisions.
+
+    Examples
+    --------
+    >>> from tablegen import compare, load_config
+    >>> result = compare(load_config("kharaz-2001"), "kharaz-2001", count=2)
+    >>> sorted(result.means)
+    ['e_t', 'omega_z', 'rebound_angle_deg']
     """
     data = measured if isinstance(measured, Measurements) else read_measurements(measured)
     speeds = impact_speeds(config.pair, data, speed)

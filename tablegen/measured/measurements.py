@@ -84,35 +84,48 @@ class Moments(NamedTuple):
 
 @dataclass(frozen=True)
 class Measurements:
-    """Measured rebounds at n impact conditions."""
+    """Measured rebounds at n impact conditions, from `read_measurements`.
 
-    #: Name of the file, without its ending.
+    Attributes
+    ----------
+    name : str
+        Name of the file, without its ending.
+    alpha_deg : float64 array, shape (n,)
+        Impact angles from the wall [degrees].
+    speed : float64 array, shape (n,)
+        Impact speeds [m/s]; NaN if not stated.
+    moments : dict of Moments
+        Means and standard deviations by the name of the quantity, shape (n,) each; NaN if not
+        measured. The quantities are e_n, e_t, rebound_angle_deg, out_of_plane_deg and omega_z.
+    count : float64 array, shape (n,)
+        Numbers of particles; NaN if not stated.
+    source, remarks : tuple of str
+        Where each row comes from, and notes on it.
+    about : dict of str
+        Comments ``# key: value`` at the top of the file, such as title, particle and wall.
+    """
+
     name: str
-    #: Impact angles from the wall, degrees, (n,).
     alpha_deg: FloatArray
-    #: Impact speeds, m/s, (n,); NaN if not stated.
     speed: FloatArray
-    #: For each of `QUANTITIES`.
     moments: Mapping[str, Moments]
-    #: Numbers of particles, (n,); NaN if not stated.
     count: FloatArray
-    #: References of the rows, and notes on them, (n,).
     source: tuple[str, ...]
     remarks: tuple[str, ...]
-    #: Lines ``# key: value`` at the top of the file, such as title, particle and wall.
     about: Mapping[str, str]
 
     def errors(self, quantity: str) -> Moments:
-        """Compute standard errors of means and spreads by their counts; NaN: not known.
+        """Compute the standard errors of the means and spreads of a quantity from the counts.
 
-        That of a spread is taken to be that of a normal law.
+        They are NaN if a count or a spread is not known. The error of a spread is that of a normal
+        law.
         """
         error = self.moments[quantity].std / np.sqrt(self.count)
         return Moments(error, error / np.sqrt(2.0))
 
     @property
     def doubt(self) -> str:
-        """Say what looks wrong in e_n and e_t; "" if nothing."""
+        """Sentence on what looks wrong in e_n and e_t; "" if nothing does."""
         known = np.isfinite(self.moments["e_n"].mean)
         angle, e_n = self.alpha_deg[known], self.moments["e_n"].mean[known]
         if np.unique(angle).size > 1 and np.polyfit(angle, e_n, 1)[0] * np.ptp(angle) > _RISE:

@@ -80,12 +80,28 @@ def read_measurements(name_or_path: str | os.PathLike[str]) -> Measurements:
     Parameters
     ----------
     name_or_path : str or path-like
-        A name that comes with the package, such as "grant-tabakoff-1975", or the path of a file.
+        Name that comes with the package, such as "grant-tabakoff-1975", or path of a file.
+
+    Returns
+    -------
+    Measurements
 
     Raises
     ------
     InputError
-        If there is no such file or name, or the file cannot be used.
+        If there is no such file or name, or if the file cannot be used. The message names the file,
+        the line and the column.
+
+    Notes
+    -----
+    tables/MEASUREMENTS.md describes the file.
+
+    Examples
+    --------
+    >>> from tablegen import read_measurements
+    >>> data = read_measurements("grant-tabakoff-1975")
+    >>> data.alpha_deg.size, float(data.moments["e_n"].mean[0])
+    (9, 0.7307)
     """
     path = find_measurements(name_or_path)
     return parse_measurements(read_text(path), path.stem, path.name)

@@ -106,22 +106,31 @@ class Fit:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A pair that follows measured rebounds, and the fits that it was chosen from."""
+    """Contact laws that were fitted to measured rebounds, from `calibrate`.
+
+    Attributes
+    ----------
+    fits : tuple of Fit
+        One fit for each population of grains that was tried.
+    chosen : Fit
+        The fit that was chosen. If no fit gives all measured means, it is the one that comes
+        nearest.
+    advice : str
+        What looks wrong in the measurements, and which rows are missed; "" if nothing.
+    """
 
     fits: tuple[Fit, ...]
-    #: The chosen one; where none holds the means, that which comes nearest.
     chosen: Fit
-    #: What looks wrong in the measurements, and which rows are missed; empty if nothing.
     advice: str = ""
 
     @property
     def config(self) -> Config:
-        """The fitted pair, with the text of its file."""
+        """Configuration of the fitted pair, with the text of its file."""
         return self.chosen.config
 
     @property
     def missed(self) -> bool:
-        """Whether no grains hold the means."""
+        """Whether some measured means are missed with all grains."""
         return not self.chosen.holds
 
     def to_dict(self) -> dict[str, object]:

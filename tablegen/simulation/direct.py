@@ -44,7 +44,9 @@ from tablegen.simulation.smooth_walls import smooth_rebounds
 
 
 class DirectRebound(NamedTuple):
-    """Result of `DirectModel.rebound`, with the fields of `sampler.table.Rebound`.
+    """Velocity and rotation of particles after a rebound, from `DirectModel.rebound`.
+
+    The fields are those of `sampler.Rebound`.
 
     Attributes
     ----------
@@ -53,7 +55,7 @@ class DirectRebound(NamedTuple):
     omega : float64 array, shape (..., 3)
         Mean angular velocity after the rebound [rad/s], lab frame.
     inertia : float64 array, shape (...)
-        Inertia about ``omega``, over m a^2; 0 without spin, and for fresh grains.
+        Inertia about ``omega`` over m a^2; 0 for particles without spin, and for fresh grains.
     """
 
     velocity: NDArray[np.float64]
@@ -85,10 +87,9 @@ class DirectModel:
 
     Notes
     -----
-    A grain is a shape and its ratios b/a and c/b. Between walls it tumbles. Its angular
-    momentum L and its rotational energy T are constant, and so are the mean angular velocity omega
-    = (2T/L^2) L and the inertia about it, L^2 / (2T m a^2). These four numbers are given before a
-    rebound and returned after it.
+    Between walls a grain tumbles. Its angular momentum L and its rotational energy T are constant,
+    and so are the mean angular velocity omega = (2T/L^2) L and the inertia about it, L^2 / (2T m
+    a^2). These four numbers are passed to a rebound and returned by it.
 
     The keys draw the orientation in which a grain meets the next wall. An orientation is as likely
     as the share of time that a grain with these four numbers spends in it during free tumbling.
@@ -185,7 +186,7 @@ class DirectModel:
             ``hit`` is required with a spin.
         inertia_after : float64 array of shape (n,), optional
             If given, the inertias of the n particles about their spin after the impact, over m a^2,
-            are written to it; 0 without spin, and for fresh grains.
+            are written to it: 0 for particles without spin, and for fresh grains.
 
         Returns
         -------
@@ -285,8 +286,9 @@ class DirectModel:
         RuntimeError
             As for `sample`.
 
-        Notes ----- At exactly normal impact no direction along the wall is distinguished, and the
-        keys draw one.
+        Notes
+        -----
+        At exactly normal impact the tangential velocity has no direction, so the keys draw one.
 
         Examples
         --------

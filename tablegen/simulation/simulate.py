@@ -40,14 +40,14 @@ _ROUNDING = 1e-15
 
 @dataclass(frozen=True)
 class Simulation:
-    """Rebounds of n particles at one impact condition.
+    """Rebounds of n particles at one impact condition, from `simulate`.
 
     Attributes
     ----------
     state : float64 array, shape (n, 6)
         The variables u, v, w over V and omega_x, omega_y, omega_z times a / V, in wall axes.
-        Angular velocities are means over the free tumbling, or those of the departure if `simulate`
-        was asked for them.
+        Angular velocities are means over the free tumbling after the rebound. With
+        ``simulate(..., omega="departure")`` they are those at the instant of departure.
     collisions : int64 array, shape (n,)
         Number of collisions of each rebound.
     shape : int64 array, shape (n,)
@@ -63,9 +63,9 @@ class Simulation:
         energy before. The four numbers of `energy` and `work` add up to one, within the tolerance
         of the flights.
     inertia : float64 array, shape (n,)
-        Inertia about the spin after the rebound, over m a^2; 0 without spin.
+        Inertia about the spin after the rebound, over m a^2; 0 for particles without spin.
     audit : float64 array, shape (7,) or (0,)
-        Largest violation of each law (`tablegen.model.audit`), or empty if nothing was audited.
+        Largest violation of each law (`tablegen.model.audit`); empty if the run was not audited.
     """
 
     state: NDArray[np.float64]
@@ -289,8 +289,10 @@ def simulate(
     Particle i is a function of the seed, the stream and i. It does not depend on ``count`` or
     ``threads``.
 
-    The model is that of Panfilov & Tsirkunov, Technical Physics 2022. `tablegen.model` says which
-    file has which equation.
+    The model is that of Panfilov & Tsirkunov, Technical Physics 2022. An impulse at the contact
+    point changes the motion of the particle by their equations (1) to (4). Equation (5) gives the
+    tangential impulse. For corundum on steel, equation (6) is the restitution and equation (7) the
+    resistance. `tablegen.model` says which file has which equation.
 
     Examples
     --------

@@ -30,14 +30,24 @@ _MEASURE_SEED = 0xACC0
 
 @dataclass(frozen=True)
 class Generated:
-    """A new table and its measured accuracy."""
+    """A new table and its measured accuracy, from `generate`.
+
+    Attributes
+    ----------
+    table : Table
+        The new table.
+    validation : Validation or None
+        Comparison with direct simulation, as `tablegen.validate` does it with another seed. None if
+        no condition was asked for, or for a table of spheres, which is exact.
+    unmet : list of str
+        One line for each part of the accuracy that the planned nodes could not reach.
+    seconds : float
+        Processor time of all threads [s].
+    """
 
     table: Table
-    #: What `tablegen.validate` finds with a seed of its own, unless no condition was asked for.
     validation: Validation | None
-    #: Note on the accuracy that the refinement could not reach with the planned nodes.
     unmet: list[str]
-    #: Processor seconds of all threads.
     seconds: float
 
 
@@ -53,38 +63,58 @@ def generate(
     progress: bool = False,
     on_cost: Callable[[Cost], None] | None = None,
 ) -> Generated:
-    """Generate a table and write it.
+    """Make a table, and write its file.
 
-    Checkpoints stay in ``OUTPUT.parts`` until the table is complete, so that an interrupted run can
-    be resumed. The bytes of the table depend on the configuration and the software alone, but for
-    last digits, which may differ between kinds of processor.
+    Finished pieces of the work stay in the folder ``OUTPUT.parts`` until the table is complete, so
+    an interrupted run can be resumed.
 
     Parameters
     ----------
     config : Config
+        Configuration, from `tablegen.load_config`.
     output : str or Path
-        The .h5 file; it appears when it is complete.
-    resume : bool
-        Use the checkpoints of an interrupted run, if there are any.
-    discard : bool
-        Remove them. With neither, they are refused.
+        The .h5 file to write. It appears when it is complete.
+    resume : bool, optional
+        Whether to use the finished pieces of an interrupted run, if there are any.
+    discard : bool, optional
+        Whether to remove them. If neither is true and there are such pieces, the call is refused.
     executor : concurrent.futures.Executor, optional
-        Runs the tasks; by default one thread per processor.
-    conditions : int
-        Number of conditions between nodes at which the accuracy is measured and stored; with 0
-        nothing is.
+        Executor that runs the tasks. By default one thread for each processor.
+    conditions : int, optional
+        Number of conditions between nodes at which the accuracy is measured and stored. With 0
+        nothing is measured.
     samples : int, optional
-        States a side there; by default as many as the declared accuracy needs.
-    progress : bool
-        Show progress bars on standard error.
+        Number of states at each of these conditions, from the table and from direct simulation
+        each, 1000 or more. By default it is as large as the declared accuracy needs.
+    progress : bool, optional
+        Whether to show progress bars on standard error.
     on_cost : callable, optional
-        Is called with the estimated cost, when one node has been fitted.
+        Function that is called with the estimated cost, after one node has been fitted.
+
+    Returns
+    -------
+    Generated
+        The table and its measured accuracy.
 
     Raises
     ------
     InputError
-        If the output cannot be written, its checkpoints cannot be used, or a reader would refuse
-        the table (`tablegen.tables.rehearsal`).
+        If the output cannot be written, if finished pieces cannot be used, or if a reader would
+        refuse the table (`tablegen.tables.rehearsal`).
+
+    Notes
+    -----
+    The bytes of the table depend on the configuration and the version of the software only. On
+    another kind of processor, last digits may differ.
+
+    Examples
+    --------
+    A table takes minutes, so this example is not run by the tests:
+
+    >>> from tablegen import generate, load_config
+    >>> made = generate(load_config("demo"), "demo.h5")  # doctest: +SKIP
+    >>> made.validation.holds  # doctest: +SKIP
+    True
     """
     as_integer("conditions", conditions, 0, 2**63 - 1, "0 or more")
     if samples is not None:
