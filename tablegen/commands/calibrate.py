@@ -1,4 +1,4 @@
-"""Command ``tablegen calibrate``: contact laws that hold measured rebounds."""
+"""Command ``tablegen calibrate``: fit contact laws to measured rebounds."""
 
 import re
 import shlex
@@ -46,27 +46,27 @@ class _ManyNames(options.Command):
 @click.option(
     "--grains",
     metavar="NAME|FILE.toml",
-    help="Population: angular, subangular, subrounded, rounded or well-rounded; or that of a file "
-    "or a shipped pair. By default all five are tried.",
+    help="Population of grains: angular, subangular, subrounded, rounded or well-rounded; or that "
+    "of a file or a shipped pair. By default all five are tried.",
 )
 @click.option(
     "--pair",
     "start",
     type=CONFIG,
     metavar="START.toml",
-    help="Pair whose form of the laws, and grains, are kept.",
+    help="Pair of which the form of the laws and the grains are kept, and only numbers are fitted.",
 )
 @click.option(
     "--free",
     multiple=True,
     metavar="NAME ...",
-    help="Fields of the pair that are fitted; by default all, to which +NAME adds. A wrong name "
-    "lists the right ones.",
+    help="Fields of the pair to fit; by default all that have an effect. +NAME adds a field to "
+    "these. If you give a wrong name, the command lists the names that it knows.",
 )
 @options.seed("Seed of the particles.")
 @shared.speed("Impact speed of rows that state none.")
-@options.json_file("Write everything.")
-@shared.picture("Draw measured numbers, the fit and its laws.")
+@options.json_file("Write all fits and their numbers to this JSON file.")
+@shared.picture("Draw the measurements, the fit and the fitted laws.")
 @options.overwrite
 @options.threads
 @options.progress
@@ -80,10 +80,10 @@ def calibrate(
 ) -> int:
     """Fit contact laws to measured rebounds (a name, or a .csv file).
 
-    For each population of grains, finds the smoothest laws that hold all measured means. Of the
-    populations that hold them, takes the one whose spreads are nearest to the measured ones.
-    Exit status 1 says that no grains hold the means. The comments of the new file say how it was
-    calibration.
+    For each population of grains, the command finds the smoothest laws that give all measured means
+    within their tolerances. Of the populations that give them, it takes the one whose spreads are
+    nearest to the measured spreads. If no population gives all means, the exit status is 1. The
+    comments of the new file say how the pair was fitted.
     """
     from tablegen.config.config import load_config
     from tablegen.measured.calibrate import calibrate as fit

@@ -32,7 +32,7 @@ from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
     required=True,
     type=shared.MEASURED,
     metavar="F.csv|NAME",
-    help="Measured rebounds: tables/MEASUREMENTS.md describes the file.",
+    help="Measured rebounds: a name, or a file as tables/MEASUREMENTS.md describes it.",
 )
 @shared.count(
     COMPARE_COUNT, "Particles of each shape at each condition.", options.Integer(2, 2**32 - 1)
@@ -43,11 +43,11 @@ from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
 @click.option(
     "--shape",
     type=click.Choice([*SHAPE_NAMES, MIXTURE]),
-    help="Only this shape of the pair's particles; mixture: all but spheres.",
+    help="Simulate only this shape. mixture: all shapes of the pair but spheres.",
 )
 @options.threads
-@options.json_file("Write every number.")
-@shared.picture("Draw means, with bands of one standard deviation, against the angle.")
+@options.json_file("Write all numbers to this JSON file.")
+@shared.picture("Draw means and bands of one standard deviation against the impact angle.")
 @options.overwrite
 @options.progress
 def compare(
@@ -57,12 +57,13 @@ def compare(
     picture: Path | None,
     **settings: Any,
 ) -> int:
-    """Simulate measured rebounds, and print both side by side with their deviations.
+    """Simulate measured impacts, and print the rebounds beside the measured ones.
 
-    Means and standard deviations of the measured quantities: normal and tangential restitution,
-    rebound angle, angle out of the impact plane, spin. Each has the chance error of the
-    simulation; for rows with a count the deviation is also given in standard errors of both.
-    Several pairs are ranked, the nearest first, and a picture is that of the first.
+    The command prints means and standard deviations of the quantities that were measured: normal
+    and tangential restitution, rebound angle, angle out of the impact plane, and spin. Beside each
+    stand the chance error of the simulation and the difference. If a row has a count, the
+    difference is also given in standard errors. If you give several pairs, the command ranks them,
+    the nearest first, and a picture shows the nearest.
     """
     from tablegen.config.config import load_config
     from tablegen.measured import compare as comparison

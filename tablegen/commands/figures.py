@@ -25,15 +25,17 @@ from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
     required=True,
     type=click.Path(file_okay=False, path_type=Path),
     metavar="DIR",
-    help="A folder.",
+    help="Folder for the figures and the page.",
 )
 @click.option(
     "--count",
     type=options.SAMPLES,
     metavar="N",
-    help=f"Particles of each shape at each angle; {FIGURES_COUNT} by default.",
+    help=f"Number of particles of each shape at each angle; by default {FIGURES_COUNT}.",
 )
-@click.option("--quick", is_flag=True, help=f"{FIGURES_QUICK_COUNT} particles.")
+@click.option(
+    "--quick", is_flag=True, help=f"Simulate only {FIGURES_QUICK_COUNT} particles of each shape."
+)
 @options.seed("Seed of the simulations and draws.")
 @options.overwrite
 @options.progress
@@ -42,10 +44,11 @@ def figures(
 ) -> int:
     """Draw Figures 3 to 10, 12 and 13 of Panfilov & Tsirkunov (2022), with numbers beside its own.
 
-    Each shape and the mixture are simulated at 200 m/s, or the nearest speed of the table at which
-    its pair was measured, and at angles from 5 to 90 degrees; the mixture is also drawn from the
-    table. The folder gets figure-03.svg to figure-13.svg, and paper.html with all of them. For
-    corundum-steel, the paper's pair, the page also has tables of our numbers beside the paper's.
+    The command simulates each shape and the mixture at angles from 5 to 90 degrees. The speed is
+    200 m/s, or the nearest speed at which the pair of the table was measured. The mixture is also
+    drawn from the table. The folder gets figure-03.svg to figure-13.svg, and paper.html with all
+    of them. For corundum-steel, the pair of the paper, the page also has tables of our numbers
+    beside those of the paper.
     """
     from tablegen.config.config import stored_config
     from tablegen.evidence.methods import load_whole

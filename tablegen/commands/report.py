@@ -20,18 +20,18 @@ from tablegen.commands import shared
     ),
 )
 @click.argument("table", type=options.TABLE, metavar="[T.h5]", default="corundum-steel")
-@click.option("--quick", is_flag=True, help="Measure less: about a minute on two cores.")
+@click.option("--quick", is_flag=True, help="Measure less; this takes about a minute on two cores.")
 @click.option(
     "--beside",
     type=options.TABLE,
     multiple=True,
     metavar="T.h5",
-    help="A further table of the same pair to compare; may be given several times.",
+    help="Another table of the same pair to compare; may be given several times.",
 )
-@options.seed("Seed of every sample.")
-@options.json_file("Write every number.")
+@options.seed("Seed of all samples.")
+@options.json_file("Write all numbers to this JSON file.")
 @options.html_file
-@shared.picture("Draw two errors against the time where the table does worst.")
+@shared.picture("Draw two errors against the run time, at the worst condition of the table.")
 @options.overwrite
 @options.progress
 def report(
@@ -46,11 +46,14 @@ def report(
 ) -> int:
     """Measure error against run time for every way to get a rebound state.
 
-    Direct simulation by contact resolution and flight tolerance; draws from the table; stored
-    states, independent marginals, a Gaussian mixture and kernel resampling. All are compared with
-    the same large direct sample, next to the noise of direct against direct; the table is compared
-    over its whole range as well, and along chains of sixty hits. Times are processor time of one
-    thread: leave the machine to it. It takes up to five minutes on two cores.
+    The ways are direct simulation at several contact resolutions and flight tolerances, draws from
+    the table, stored states, independent marginals, a Gaussian mixture, and kernel resampling. Each
+    is compared with the same large sample of direct simulation. The difference between two samples
+    of direct simulation shows how much chance alone gives. The table is also compared over its
+    whole range, and along chains of sixty hits.
+
+    Times are processor times of one thread, so do not run other programs meanwhile. The command
+    takes up to five minutes on two cores.
     """
     from tablegen.evidence.page import render_text
     from tablegen.evidence.report import measure_report

@@ -32,7 +32,7 @@ The output is a file of numpy with these arrays of N rows:
   aspect      b/a and c/b
   energy      translational and rotational energy over the kinetic energy before the impact
   work        energy lost to the normal and to the tangential impulses, over the same energy
-  inertia     inertia about the spin after the rebound, over m a^2; 0 without spin
+  inertia     inertia about the spin after the rebound, over m a^2; 0 for particles without spin
 The array columns has the names of the columns of state."""
 
 

@@ -63,8 +63,8 @@ def stability(
     The study has 28,280 cases: five shapes; b/a and c/b of 1, 0.999, 0.5, 0.05 and 0.02; angles
     from 0.01 to 90 degrees; speeds from 1 to 3,000 m/s; spins before the impact of 0, 1, 5 and 50
     V/a in both directions along the wall axis z, which is normal to the impact plane. It takes
-    about two minutes on two cores. ``tablegen simulate`` with the seed that is named repeats a
-    case.
+    about two minutes on two cores. To repeat a case, run tablegen simulate with the seed that the
+    study prints.
 
     Each case is simulated three times with the same particles: as usual, with half the contact
     resolution, and with half the tolerance of the flight.
@@ -73,9 +73,9 @@ def stability(
     random angles, speeds and spins, with coefficients of friction from 0.1 to 100 and restitutions
     from 0 to 1.
 
-    In chains of hits, grains of each shape, and discs, meet sixty walls, in a cylinder and between
-    walls of any direction. They keep their angular velocity and the inertia about it from wall to
-    wall. Discs that roll along a cylinder meet its wall a thousand times.
+    Grains of each shape, and discs, also fly through chains of sixty hits, in a cylinder and
+    between walls of any direction. They keep their angular velocity and the inertia about it from
+    wall to wall. Discs that roll along a cylinder meet its wall a thousand times.
 
     The exit status is 1 if a particle has a number that is not finite, does not leave the wall,
     gains energy, or touches the wall at the end.

@@ -220,11 +220,11 @@ def _advice(data: Measurements, chosen: Fit) -> str:
     missed = sorted((one for one in chosen.means if one.miss > 1.0), key=lambda one: one.row)
     places = list(dict.fromkeys(one.place for one in missed))
     rows = ", ".join(places[:_NAMED]) + f" and {len(places) - _NAMED} more" * (len(places) > _NAMED)
-    parts = [f"{chosen.grains} grains are the best, but miss {rows}"] if missed else []
+    parts = [f"{chosen.grains} grains come nearest, but miss {rows}"] if missed else []
     if data.doubt:
         parts.append(data.doubt)
     elif missed and np.isnan(data.speed).all() and len(set(data.alpha_deg)) < data.alpha_deg.size:
-        parts.append("state the speeds of the rows: a law of speed may hold them")
+        parts.append("state the speeds of the rows, so that the laws may depend on the speed")
     elif missed:
         parts.append("check these rows, or leave them out")
     return "; ".join(parts)

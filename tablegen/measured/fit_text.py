@@ -12,10 +12,10 @@ from tablegen.presentation import table_lines
 
 
 def fit_lines(calibration: Calibration) -> Iterator[str]:
-    """Write the verdicts, the table of all fits, and what the data leave open."""
+    """Write the verdicts, the table of all fits, and the numbers that the data do not determine."""
     yield _means_text(calibration)
     if calibration.advice:
-        about = "no grains hold the means" if calibration.missed else "note"
+        about = "no population gives all means" if calibration.missed else "note"
         yield f"{about}: {calibration.advice}"
     yield _spreads_text(calibration.chosen)
     if len(calibration.fits) > 1:
@@ -28,22 +28,27 @@ def _means_text(calibration: Calibration) -> str:
     fit, worst = calibration.chosen, calibration.chosen.means[0]
     digits = 3 if fit.holds else 4  # +0.0204 is beyond 0.02
     missed = sum(one.miss > 1.0 for one in fit.means)
-    result = f"all {len(fit.means)} held" if fit.holds else f"{missed} of {len(fit.means)} missed"
+    count = len(fit.means)
+    result = f"give all {count}" if fit.holds else f"miss {missed} of {count}"
     return (
-        f"means: {result} by {fit.grains} grains; worst {worst.column} "
-        f"{worst.residual:+.{digits}f} at {worst.place} ({worst.tolerance:.3g} allowed)"
+        f"means: {fit.grains} grains {result}; the worst is {worst.column} at {worst.place}, off "
+        f"by {worst.residual:+.{digits}f} (up to {worst.tolerance:.3g} is allowed)"
     )
 
 
 def _spreads_text(fit: Fit) -> str:
-    """Say how the spreads compare; they are followed by nothing."""
+    """Say how the simulated spreads compare with the measured ones, to which no law is fitted."""
     if not fit.spreads:
-        return "spreads: none measured; they would choose the grains (--grains NAME takes others)"
+        return (
+            "spreads: none were measured, so they cannot choose the grains; --grains NAME takes "
+            "other grains"
+        )
     worst = max(fit.spreads, key=lambda one: abs(math.log(one.simulated / one.measured)))
+    ratio = worst.simulated / worst.measured
     return (
-        f"spreads: {worst.simulated / worst.measured:.2f} times the measured one at the worst row, "
-        f"{worst.column} at {worst.place}; a measured spread holds more than shape (sizes, speeds, "
-        "wall), and near 90 degrees e_t has none"
+        f"spreads: the worst is {worst.column} at {worst.place}, {ratio:.2f} "
+        "times the measured one; a measured spread also contains those of sizes, speeds and the "
+        "wall, and near 90 degrees e_t has no meaning"
     )
 
 
@@ -66,21 +71,21 @@ def _why(calibration: Calibration, fit: Fit) -> str:
         worst, chosen = fit.means[0], "chosen; " * (fit.grains == calibration.chosen.grains)
         return f"{chosen}misses {worst.column} at {worst.place}"
     if fit.grains == calibration.chosen.grains:
-        return "chosen: spreads nearest" if measured else "chosen: the most angular that holds"
-    return "holds; spreads farther" if measured else "holds"
+        return "chosen: nearest spreads" if measured else "chosen: the most angular that gives all"
+    return "gives all means, but farther spreads" if measured else "gives all means"
 
 
 def _numbers_text(fit: Fit) -> str:
-    """Name the numbers that the data leave open."""
+    """Name the numbers that the data do not determine."""
     pairs = zip(fit.labels, fit.errors, strict=True)
     left = [_in_words(fit, label) for label, error in pairs if math.isnan(error)]
     if not left:
-        return "numbers: the means determine all"
+        return "numbers: the means determine all numbers of the laws"
     groups = groupby(left, key=lambda words: words[0])
     names = "; ".join(name + ", ".join(at for _, at in group) for name, group in groups)
     return (
-        f"numbers: the means leave open {names}; smoothness or a bound decides these, and they "
-        "have no standard error"
+        f"numbers: the means do not determine {names}; smoothness or a bound decides these, so "
+        "they have no standard error"
     )
 
 
