@@ -263,7 +263,7 @@ def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
     for name, own in shapes.items():
         several = math.prod(own) != 1
         if several and first and len(own) != len(shapes[first]):
-            allowed = f"one row, or as many dimensions as the rows of {first}, {shapes[first]}"
+            allowed = f"one row, or rows of as many dimensions as {first} has, {shapes[first]}"
             raise InputError(name, f"rows of shape {own}", allowed)
         try:
             shape = np.broadcast_shapes(shape, own) if shape and own else shape or own
@@ -374,7 +374,7 @@ def broadcast(
         shape = common_shape(shapes | {"hit": hit.shape, "index": index.shape})
         if index.size == hit.size == 1 < math.prod(shape):
             given = f"one number, {int(index.reshape(-1)[0])}, for {math.prod(shape)} rows"
-            raise InputError("index", given, "one for each row, such as numpy.arange")
+            raise InputError("index", given, "one number for each row, such as numpy.arange(n)")
     else:
         shape = common_shape(shapes, keys.size)
         seed = int(keys.rng.integers(2**64, dtype=np.uint64))
@@ -404,7 +404,9 @@ def check_written(name: str, array: Any, shape: Shape, *dtypes: Any) -> None:
 
 def as_isotropic(isotropic: Any, roughness: Any) -> bool:
     """Coerce whether rough walls are isotropic; raises `InputError`, for smooth ones too."""
-    if not isinstance(isotropic, bool | np.bool_) or (isotropic and roughness is None):
-        allowed = "True or False, and True with a roughness"
-        raise InputError("isotropic", _value_text(isotropic), allowed)
+    if not isinstance(isotropic, bool | np.bool_):
+        raise InputError("isotropic", _value_text(isotropic), "True or False")
+    if isotropic and roughness is None:
+        problem, remedy = "is True for a smooth wall", "give roughness=, or leave isotropic= out"
+        raise InputError("isotropic", problem=problem, remedy=remedy)
     return bool(isotropic)

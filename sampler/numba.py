@@ -195,9 +195,9 @@ _deposits = _function("rbt_deposits", _IMPACT | {"wall_velocity": _OPTIONAL}, 0)
 def _check_keys(seed: int, index: int, hit: int) -> None:
     """Refuse keys that would wrap, and so be those of another particle: -1 would be 2**64 - 1."""
     if seed < 0 or index < 0:
-        raise ValueError("seed and index: allowed: 0 to 2**64 - 1")
+        raise ValueError("seed or index: got a number below 0, allowed: 0 to 2**64 - 1")
     if hit < 0 or hit > 0xFFFFFFFF:
-        raise ValueError("hit: allowed: 0 to 2**32 - 1")
+        raise ValueError("hit: got a number out of range, allowed: 0 to 2**32 - 1")
 
 
 @numba.njit(nogil=True)
@@ -255,7 +255,7 @@ def sample(
     _check_keys(seed, index, hit)
     numbers = result[1:]
     if result[0] != MISSING and out.size != _columns(handle, None)[0]:
-        raise ValueError("out: allowed: as many numbers as the table has columns")
+        raise ValueError("out: has a wrong length; give one number for each column of the table")
     for k in range(10):  # a number that the compiler knows
         if k < out.size:
             out[k] = numbers[k]
@@ -336,7 +336,7 @@ def rebound(
     _check_keys(seed, index, hit)
     numbers = result[1:]
     if out.size not in (7, 9):
-        raise ValueError("out: allowed: 7 numbers, or 9 with works")
+        raise ValueError("out: has a wrong length; give 7 numbers, or 9 to get the works, too")
     for k in range(9):
         if k < out.size:
             out[k] = numbers[k]

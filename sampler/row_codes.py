@@ -97,8 +97,8 @@ class RowCodes:
             given += f", spin {text_beside(spin, *covered.spin, digits=6)}"
             if kind == "speed":
                 allowed += (
-                    "; with a spin, V_e must not be below the least speed or above those of the "
-                    "spin law: V_e is a speed with the energy of rotation, V (1 + k spin^2)^(1/2)"
+                    "; of a particle that spins, also V_e = V (1 + k spin^2)^(1/2), the speed with "
+                    "its energy of rotation, must lie inside the speeds of the spin law"
                 )
             if kind == "spin" and "inertia" in arrays and spin <= covered.spin[1]:
                 inertia = f"{float(call.at('inertia', row)):.6g}"
@@ -121,8 +121,8 @@ class RowCodes:
         _, speed, spin = _impact(call, row)
         turning = f" and spin {spin:.6g}" if spin > 0.0 else ""
         problem = (
-            f"where the law of {self.pair} is extrapolated; it was measured at "
-            f"{ends_text(measured)} m/s; docs/does-it-matter.md says how sure it is beyond"
+            f"where the law of {self.pair} is extrapolated: it was measured at "
+            f"{ends_text(measured)} m/s (docs/does-it-matter.md says how far to trust it)"
         )
         return call.refusal(row, name, f"{speed:.6g} m/s{turning}", problem=problem)
 

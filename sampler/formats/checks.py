@@ -115,7 +115,7 @@ def encloses(path: str, high: float) -> Check:
             return TableError("", given, f"equal, or {LEAST_STEP:g} of them apart")
         return None
 
-    allowed = f"at most and at least all `{path}`, from 0 to {high:g}"
+    allowed = f"0 to {high:g}; no value of `{path}` lies outside"
     return Check(allowed, problem)
 
 
@@ -140,8 +140,8 @@ def node_index(path: str, span: str) -> Check:
             wrong = wrong or first_refused(numbers, refused, "the number of the node")
         return wrong
 
-    allowed = f"growing, from 0 to {MOST_NUMBER:g}, whole at every node within {NUMBER_ROUNDING:g}"
-    return Check(allowed, problem)
+    whole = f"a whole number at every node, within {NUMBER_ROUNDING:g}"
+    return Check(f"0 to {MOST_NUMBER:g}; increasing; {whole}", problem)
 
 
 def _below_length(values: Array, _: Mapping[str, Array]) -> TableError | None:
@@ -163,7 +163,7 @@ def _class_starts(values: Array, datasets: Mapping[str, Array]) -> TableError | 
     return problem or first_refused(values, signed > components, f"at most {components}")
 
 
-class_starts = Check("from 0, non-decreasing, at most n_components", _class_starts)
+class_starts = Check("non-decreasing, from 0 to at most n_components", _class_starts)
 
 
 def positive_diagonals_of(path: str) -> Check:
@@ -193,7 +193,7 @@ def _spin_adds_up(values: Array, _: Mapping[str, Array]) -> TableError | None:
     return TableError("", f"a sum of {total:.9g}", "a sum of 1")
 
 
-spin_adds_up = Check("of sum 1", _spin_adds_up)
+spin_adds_up = Check("their sum is 1", _spin_adds_up)
 
 
 def _spin_aspect_law(values: Array, _: Mapping[str, Array]) -> TableError | None:
@@ -206,7 +206,7 @@ def _spin_aspect_law(values: Array, _: Mapping[str, Array]) -> TableError | None
 
 
 spin_aspect_law = Check(
-    "mean within 100, deviation 0 to 100, probabilities in order", _spin_aspect_law
+    "mean -100 to 100; deviation 0 to 100; probabilities in order", _spin_aspect_law
 )
 
 
@@ -239,7 +239,7 @@ def _spin_leaves_the_wall(values: Array, _: Mapping[str, Array]) -> TableError |
 
 
 spin_leaves_the_wall = Check(
-    "of p_v not negative, and positive from the second on", _spin_leaves_the_wall
+    "those of p_v 0 or more, and above 0 from the second on", _spin_leaves_the_wall
 )
 
 
@@ -277,9 +277,9 @@ def _contact_laws(values: Array, _: Mapping[str, Array]) -> TableError | None:
     if (restitution == TABULATED and not _is_table(first, np.inf)) or (
         needed and not _is_table(second, 1.0)
     ):
-        allowed = "numbers of angles and speeds, these, values"
-        return TableError("", "numbers that are no table", allowed)
+        allowed = "the numbers of angles and speeds, the angles, the speeds, the values"
+        return TableError("", "numbers that are no table of a law", allowed)
     return None
 
 
-contact_laws = Check("laws that are known, and their tables", _contact_laws)
+contact_laws = Check("known laws, and their tables", _contact_laws)

@@ -128,12 +128,12 @@ DATASETS = (
         "first mixture component of each class of rebounds; a class ends where the next begins",
         (checks.class_starts,)),
     Dataset("dependence/alias_probability", "<u2", (*_NODES, "n_components"), "1/65536",
-        "alias method: probability to stay in the column", compressed=True),
+        "alias method: probability of the component of the column", compressed=True),
     Dataset("dependence/alias_index", "<u2", (*_NODES, "n_components"), "1",
-        "alias method: component that takes the rest of the column",
+        "alias method: the other component of the column",
         (checks.below_length,), compressed=True),
     Dataset("dependence/reflection", "<i2", (*_NODES, "n_components"), f"1/{MIXTURE_SCALE}",
-        "probability of each mixture component to be reflected in the impact plane",
+        "probability that a draw of a component is reflected in the impact plane",
         (checks.within(0, MIXTURE_SCALE),), compressed=True),
     Dataset("dependence/mean", "<i2", (*_NODES, "n_components", "n_channels"), f"1/{MIXTURE_SCALE}",
         "means of the mixture components, by channel", compressed=True),
@@ -142,10 +142,10 @@ DATASETS = (
         "lower-triangular factors of the covariances, rows packed: L00, L10, L11, L20, ...",
         (checks.positive_diagonals_of("dependence/mean"),), compressed=True),
     Dataset("accuracy/alpha_deg", "<f8", ("n_conditions",), "degree",
-        "impact angle of the conditions where the accuracy was measured",
+        "impact angle of the conditions at which the accuracy was measured",
         (checks.within(*ALPHA_DEG),)),
     Dataset("accuracy/speed", "<f8", ("n_conditions",), "m s-1",
-        "impact speed of the conditions where the accuracy was measured", (checks.within(*SPEED),)),
+        "impact speed of these conditions", (checks.within(*SPEED),)),
     *_distances("accuracy", "n_conditions", "n_columns"),
 )  # fmt: skip
 
@@ -159,10 +159,11 @@ _EXPERTS = ("n_leaves", N_EXPERTS)
 
 SPIN_DATASETS = (
     Dataset("spin/shape_codes", "<i4", ("n_shapes",), "1",
-        "shapes and meshes of the particles that the law was made for",
+        "shapes and meshes of the particles for which the law was made",
         (checks.increasing, checks.within(0, 2**30))),
     Dataset("spin/shape_weights", "<f8", ("n_shapes",), "1",
-        "share of each in the population of the configuration", (*_SHARE, checks.spin_adds_up)),
+        "share of each shape in the population of the configuration",
+        (*_SHARE, checks.spin_adds_up)),
     Dataset("spin/ratio_range", "<f8", ("n_shapes", 2, 2), "1",
         "smallest and largest b/a, then c/b, that were simulated",
         (checks.within(LEAST_RATIO, 1.0), checks.non_decreasing)),
@@ -181,7 +182,7 @@ SPIN_DATASETS = (
         (*_SHARE, checks.non_decreasing)),
     Dataset("spin/aspect", "<f8", (2, 4), "1",
         "normal laws of b/a and c/b in the population: mean, standard deviation, and the standard "
-        "normal probabilities of the ends of the range; a deviation of 0: the mean, always",
+        "normal probabilities of the ends of the range; with a deviation of 0 always the mean",
         (checks.spin_aspect_law,)),
     Dataset("spin/speed_coordinate", "<f8", (2,), "1",
         "coefficient k and exponent n of the speed's coordinate exp(-k V_e^n), V_e in m/s",
@@ -202,19 +203,21 @@ SPIN_DATASETS = (
         f"the coordinate of the spin, {N_CONDITIONS + 1} b/a, {N_CONDITIONS + 2} c/b",
         (checks.within(0, N_CONDITIONS + len(RATIOS)),)),
     Dataset("spin/node_cut", "<f8", ("n_nodes",), "1",
-        "values from this on belong to the second child", (checks.within(-MOST_CUT, MOST_CUT),)),
+        "values of this size or more belong to the second child",
+        (checks.within(-MOST_CUT, MOST_CUT),)),
     Dataset("spin/node_child", "<i4", ("n_nodes", 2), "1",
         "children: a later node, or -1 - the number of a leaf", (checks.spin_children,)),
     Dataset("spin/centre", "<f4", ("n_leaves", N_INPUTS), "1",
         "by leaf: middle of the six conditions, b/a and c/b",
         (checks.within(-MOST_MIDDLE, MOST_MIDDLE),)),
     Dataset("spin/scale", "<f4", ("n_leaves", N_INPUTS), "1",
-        "by leaf: what the distances from the middle are multiplied by",
+        "by leaf: factors for the distances from the middle",
         (checks.within(0.0, MOST_SCALE),)),
     Dataset("spin/group_gate", "<i2", ("n_leaves", N_FEATURES, N_GROUPS), f"1/{GATE_UNIT}",
         "coefficients of the features in the logarithm of each group's weight", compressed=True),
     Dataset("spin/gate", "<i2", ("n_leaves", N_GROUPS, N_FEATURES, GROUP_SIZE), f"1/{GATE_UNIT}",
-        "the same of the experts within their group", compressed=True),
+        "coefficients of the features in the logarithm of each expert's weight within its group",
+        compressed=True),
     Dataset("spin/mean", "<i2", (*_EXPERTS, N_FEATURES, "n_outcomes"), f"1/{MEAN_UNIT}",
         "coefficients of the features in the mean score of each outcome, by expert",
         compressed=True),
@@ -227,7 +230,7 @@ SPIN_DATASETS = (
         (checks.within(*OUTCOME), checks.non_decreasing, checks.spin_leaves_the_wall),
         compressed=True),
     Dataset("spin_accuracy/alpha_deg", "<f8", ("n_spin_conditions",), "degree",
-        "impact angle of the spinning conditions where the accuracy was measured",
+        "impact angle of the conditions at which the accuracy of the spin law was measured",
         (checks.within(*ALPHA_DEG),)),
     Dataset("spin_accuracy/speed", "<f8", ("n_spin_conditions",), "m s-1",
         "impact speed of these conditions", (checks.within(*SPEED),)),
@@ -248,12 +251,8 @@ SPIN_DATASETS = (
 #: Of a table of spheres, whose laws of contact take the place of nodes.
 SPHERE_DATASETS = (
     Dataset("sphere/laws", "<f8", ("n_law_parameters",), "1",
-        "smallest rebound velocity over V; law of restitution, number of exponential, polynomial, "
-        "constant, power, tabulated, coefficient, exponent; law of resistance, number of "
-        "exponential-orientation, constant, tabulated, coulomb, strength or static coefficient, "
-        "factor or dynamic coefficient; length of what comes next: coefficients of the polynomial, "
-        "or table of restitution; then, if any, that of C_f or of the tangential restitution. "
-        "A table: numbers of angles and speeds, these (rad, m/s), values by angle",
+        "laws of contact: eight numbers, then the coefficients and tables of the laws, as the "
+        "section on spheres of tables/FORMAT.md describes them",
         (checks.contact_laws,)),
 )  # fmt: skip
 

@@ -350,7 +350,7 @@ class MaterialPair(Record):
         """
         given = getattr(self.resistance, "tangential_restitution", None)
         if given is not None and not only_spheres:
-            allowed = "in a population of spheres alone; other particles go without"
+            allowed = "nothing, because only a population of spheres alone may have it"
             raise InputError("pair.resistance.tangential_restitution", shown(given), allowed)
         unused = dict.fromkeys(("coefficient", "exponent", "strength", "factor"), 0.0)
         entries: dict[str, Any] = {**unused, "numbers": np.zeros(0), "resistances": np.zeros(0)}

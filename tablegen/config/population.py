@@ -68,7 +68,7 @@ class TruncatedNormalAspect(Record):
         low, high = self._ends()
         if not high - low >= _LEAST_MASS:
             law = f"mean {self.mean:g} and deviation {self.standard_deviation:g}"
-            allowed = f"a range with at least {_LEAST_MASS:g} of the normal law of {law}"
+            allowed = f"a range that a normal law of {law} reaches (probability {_LEAST_MASS:g})"
             raise refusal("range", self.range, allowed)
         return self
 

@@ -176,7 +176,7 @@ def _check_columns(header: _Line) -> None:
         if column not in COLUMNS:
             raise header.refusal(f"column {shown(column)}", ", ".join(COLUMNS))
         if column in names[:k]:
-            raise header.refusal(f"column {shown(column)} twice", "once")
+            raise header.refusal(f"column {shown(column)} twice", "each column once")
     for column in REQUIRED:
         if column not in names:
             allowed, problem = (
@@ -191,7 +191,7 @@ def _check_columns(header: _Line) -> None:
 def _numbers_of_row(row: _Line) -> dict[str, float]:
     """Read and check the numbers of a row; NaN for an empty cell."""
     if len(row.cells) != len(row.columns):
-        raise row.refusal(f"{len(row.cells)} cells", str(len(row.columns)))
+        raise row.refusal(f"{len(row.cells)} cells", f"{len(row.columns)}, one for each column")
     for column in REQUIRED:
         if not row.cell(column):
             raise row.refusal("an empty cell", "a value in every row", column)
@@ -209,7 +209,7 @@ def _numbers_of_row(row: _Line) -> dict[str, float]:
             words = f"{allowed.low:.4g} to {allowed.high:.4g} ({allowed.hint})"
             raise row.refusal(given, words, column)
         if math.isnan(values.get(quantity, 0.0)):
-            raise row.refusal(given, f"a spread beside its mean, {quantity}", column)
+            raise row.refusal(given, f"a spread beside its mean only; give {quantity}", column)
     if all(math.isnan(values[quantity]) for quantity in QUANTITIES):
         one_of = f"a value for one of {', '.join(QUANTITIES)} at least"
         raise row.refusal("no measured quantity", one_of)

@@ -97,7 +97,7 @@ def time_text(low: float, high: float) -> str:
 def spent_text(spent: float, quoted: Cost | None = None) -> str:
     """Describe the processor time [s] that was spent, and the estimate before."""
     text = f"{time_text(spent, spent)} of one processor"
-    return f"{text}, where {time_text(*quoted.seconds)} were quoted" if quoted else text
+    return f"{text}, where {time_text(*quoted.seconds)} were estimated" if quoted else text
 
 
 def cost_text(cost: Cost, workers: int | None) -> str:
@@ -112,12 +112,12 @@ def cost_text(cost: Cost, workers: int | None) -> str:
         text += f", a spin law of {plan.leaves} leaves at {flat:.4g} to {steep:.4g} degrees"
         if steep - flat > 1.1 * (alpha_deg[1] - alpha_deg[0]):
             text += (
-                ", because grains leave a wall at any angle and meet the next one so (if particles "
-                "hit one wall only, set spin = false)"
+                ", because a grain may meet the next wall at any angle (if particles hit one wall "
+                "only, set spin = false)"
             )
     text += f"; about {time_text(low, high)} of one processor"
     if cost.spent > 0.0:
-        text += f" beside the {time_text(cost.spent, cost.spent)} that are done"
+        text += f" after the {time_text(cost.spent, cost.spent)} that are done"
     if workers is not None and workers > 1:
         text += f", {time_text(low / workers, high / workers)} on {workers}"
     return text

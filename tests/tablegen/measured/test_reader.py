@@ -72,7 +72,7 @@ WRONG = [
     (row("30,10,,,,s"), r": line 2: got no measured quantity"),
     (row("30,,43,,,s"), r": line 2, e_n: got 43, allowed: 0 to 2.002"),
     (row("30,,0.4,-0.1,,s"), r": line 2, e_n_std: got -0.1, allowed: 0 to"),
-    (row("30,,,0.1,0.5,s"), r"e_n_std: got 0.1, allowed: a spread beside its mean"),
+    (row("30,,,0.1,0.5,s"), r"e_n_std: got 0.1, allowed: a spread beside its mean only; give e_n"),
     (row("90,,0.4,,0.9,s"), r": line 2, e_t: got 0.9, allowed: an empty cell at 90"),
     (row("30,0,0.4,,,s"), r": line 2, speed: got 0, allowed: 1e-06 to 1e\+05 \(m/s\)"),
     (row("30,,0.4,,s"), r": line 2: got 5 cells, allowed: 6"),
