@@ -53,8 +53,8 @@ def restitutions(law):
         "constant below 50 m/s": known,
         "Johnson below 50 m/s": known * slower**0.25,
         "Thornton below 50 m/s": np.where(SPEED < MEASURED, yielding, known),
-        f"{1.0 - SHARE:g} of it": (1.0 - SHARE) * measured(SPEED),
-        f"{1.0 + SHARE:g} of it": (1.0 + SHARE) * measured(SPEED),
+        f"{1.0 - SHARE:g} of the restitution": (1.0 - SHARE) * measured(SPEED),
+        f"{1.0 + SHARE:g} of the restitution": (1.0 + SHARE) * measured(SPEED),
     }
 
 
