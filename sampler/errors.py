@@ -146,10 +146,9 @@ class InputError(ValueError):
     further : sequence of InputError, optional
         Other mistakes in the same input. The line names them all.
 
-    Attributes
-    ----------
-    argument, given, allowed, problem, remedy, row, particle, source, further
-        The parameters.
+    Notes
+    -----
+    All parameters are attributes of the error.
 
     Examples
     --------
@@ -231,10 +230,9 @@ class OutsideTableWarning(UserWarning):
     kind : str, optional
         Kind of the flag: angle, speed, spin or extrapolated.
 
-    Attributes
-    ----------
-    first, number, kind
-        The parameters.
+    Notes
+    -----
+    All parameters are attributes of the warning.
     """
 
     def __init__(self, first: InputError | str, number: int = 0, kind: str = "") -> None:

@@ -74,11 +74,12 @@ class Table:
     speed_independent : bool
         Whether rebounds do not depend on the speed. Then no speed lies outside the table.
     shape_geometry : dict
-        Geometry of the shapes of its grains, by shape code, for `sampler.half_size`: volume, mean
-        moment of inertia and surface, as spin/shape_geometry in a file.
-    alpha_nodes_deg, speed_nodes : float64 array, shape (n_alpha,) and (n_speed,)
-        Impact angles [degrees] and speeds [m/s] of the nodes. For spheres they are the ends of the
-        configured range.
+        Geometry of the shapes of its grains, by shape code, for `sampler.half_size`. It has the
+        numbers of ``spin/shape_geometry`` in a file (tables/FORMAT.md).
+    alpha_nodes_deg : float64 array, shape (n_alpha,)
+        Impact angles of the nodes [degrees]. For spheres they are the ends of the configured range.
+    speed_nodes : float64 array, shape (n_speed,)
+        Impact speeds of the nodes [m/s]. For spheres they are the ends of the configured range.
     accuracy : dict of arrays
         Distances to direct simulation, measured at n conditions between the nodes. The conditions
         are ``alpha_deg`` [degrees] and ``speed`` [m/s], shape (n,). ``ks`` has the shape (n,
@@ -144,12 +145,12 @@ class Table:
 
     @property
     def outside(self) -> Literal["clamp", "raise"]:
-        """What is done with draws outside the table: "clamp" or "raise"."""
+        """What is done with draws outside the table, "clamp" or "raise"."""
         return self._codes.outside
 
     @property
     def counts(self) -> dict[str, int]:
-        """Numbers of draws so far: angle, speed or spin outside the table, and extrapolated."""
+        """Numbers of draws so far, with an angle, a speed or a spin outside, and extrapolated."""
         return dict(self._codes.counts)
 
     @property

@@ -59,7 +59,13 @@ class DeviceTable:
 
     Attributes
     ----------
-    columns, pair, covered, outside
+    columns : tuple of str
+        As for `Table`.
+    pair : str
+        As for `Table`.
+    covered : Covered
+        As for `Table`.
+    outside : str
         As for `Table`.
     dtype : str
         The argument.
@@ -89,7 +95,7 @@ class DeviceTable:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Numbers of draws so far: angle, speed or spin outside the table, and extrapolated."""
+        """Numbers of draws so far by kind of flag, as for `Table`."""
         return dict(self._codes.counts)
 
     def sample(

@@ -231,7 +231,7 @@ class TableContents:
 
     @property
     def marginals(self) -> tuple[str, ...]:
-        """Channels with quantile functions: those that the variables are made of."""
+        """Channels with quantile functions, from which the variables are computed."""
         needed = (*channels_for(self.variables), "normal_hat")
         return tuple(name for name in self.channels if name in needed)
 

@@ -212,7 +212,7 @@ class Config(Record):
 
     @property
     def pair_name(self) -> str:
-        """Name of the material pair: of the pair file that a scene refers to, or `name`."""
+        """Name of the material pair, which is that of the pair file if this is a scene."""
         return self.pair.name or self.name
 
     @property

@@ -76,10 +76,16 @@ class MeasuredComparison:
         The measured rebounds, at n conditions.
     speed : float64 array, shape (n,)
         Impact speeds of the simulation [m/s].
-    count, seed, wall_tilt_deg
-        The arguments of `compare`.
-    means, spreads : dict of Agreement
-        Means and standard deviations, measured and simulated, by the name of the quantity.
+    count : int
+        Argument of `compare`.
+    seed : int
+        Argument of `compare`.
+    wall_tilt_deg : float
+        Argument of `compare`.
+    means : dict of Agreement
+        Means, measured and simulated, by the name of the quantity.
+    spreads : dict of Agreement
+        Standard deviations, measured and simulated, by the name of the quantity.
     """
 
     pair: str

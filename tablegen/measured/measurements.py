@@ -99,8 +99,10 @@ class Measurements:
         measured. The quantities are e_n, e_t, rebound_angle_deg, out_of_plane_deg and omega_z.
     count : float64 array, shape (n,)
         Numbers of particles; NaN if not stated.
-    source, remarks : tuple of str
-        Where each row comes from, and notes on it.
+    source : tuple of str
+        Where each row comes from.
+    remarks : tuple of str
+        Notes on each row.
     about : dict of str
         Comments ``# key: value`` at the top of the file, such as title, particle and wall.
     """
