@@ -177,7 +177,7 @@ def spin_after(
 
 
 class Grains(Protocol):
-    """What has grains: a `Table`, or a `tablegen.DirectModel`."""
+    """Something that has grains, as a `Table` or a `tablegen.DirectModel`."""
 
     @property
     def shape_geometry(self) -> Mapping[int, Geometry]:
@@ -190,7 +190,7 @@ def half_size(table: Grains, diameter: ArrayLike, grain: ArrayLike) -> Reals:
     Parameters
     ----------
     table : Table or tablegen.DirectModel
-        Whose grains they are.
+        Table or direct model to which the grains belong.
     diameter : float or array, shape (...)
         Diameter of the sphere that has the volume of the grain [m].
     grain : array, shape (..., 3)
@@ -225,7 +225,7 @@ def inertia(table: Grains, grain: ArrayLike) -> Reals:
     Parameters
     ----------
     table : Table or tablegen.DirectModel
-        Whose grains they are.
+        Table or direct model to which the grains belong.
     grain : array, shape (..., 3)
         Shape code, b/a and c/b, as for `half_size`.
 
@@ -255,7 +255,7 @@ def sphericity(table: Grains, grain: ArrayLike) -> Reals:
     Parameters
     ----------
     table : Table or tablegen.DirectModel
-        Whose grains they are.
+        Table or direct model to which the grains belong.
     grain : array, shape (..., 3)
         Shape code, b/a and c/b, as for `half_size`.
 
