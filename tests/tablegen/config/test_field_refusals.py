@@ -25,7 +25,7 @@ pair.wall = "  " => pair.wall: got '  ', ... not blank
 pair.resistance = "none" => pair.resistance: got 'none', ... a table
 population.aspect.distribution = "even" => population.aspect.distribution: got 'even', ... 'fixed'
 population.aspect = {distribution = "fixed"} => population.aspect.values: is missing, ... a value
-population.aspect = {mean = 9.0} => population.aspect.range: got [0.5, 1], ... 1e-06 of the
+population.aspect = {mean = 9.0} => population.aspect.range: got [0.5, 1], ... (probability 1e-06)
 population.meshes = [{file = "none.stl"}] => population.meshes[0].file: there is no file none.stl
 population.meshes = [{vertices = [[0, 0, 0]]}] => population.meshes[0].vertices: got [[0 ... or more
 table.seed = 1.0 => table.seed: got 1.0, ... integer

@@ -44,7 +44,7 @@ def test_open_grid_is_counted_at_first_and_at_most():
 def test_pieces_of_an_interrupted_run_do_not_cost_again():
     cost = estimate(make_plan(ROUGH), Cache(), 0, 3 * NODE)
     assert cost.seconds == (NODE, NODE)
-    assert "about 3 seconds of one processor beside the 9 seconds" in cost_text(cost, 1)
+    assert "about 3 seconds of one processor after the 9 seconds" in cost_text(cost, 1)
 
 
 @pytest.mark.parametrize(
