@@ -108,7 +108,7 @@ def test_keys_that_would_wrap_are_refused(table, function, name, value):
     with pytest.raises(ValueError, match=f"{name}.*: got .*, allowed: 0 to 2"):
         function(table.handle, **_given(room, fresh=True) | {name: value})
     assert (room == 7.0).all()
-    with pytest.raises(ValueError, match="hit: got .*, allowed: 0 to"):
+    with pytest.raises(ValueError, match=r"hit: got .*, allowed: 0 to"):
         sampler.numba.grain(table.handle, 1, 2, 2**32)
     most = {"seed": np.uint64(2**64 - 1), "index": np.uint64(2**64 - 1), "hit": 2**32 - 1}
     assert function(table.handle, **_given(room, fresh=True) | most) >= 0
