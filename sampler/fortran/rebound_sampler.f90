@@ -28,7 +28,7 @@ module rebound_sampler
   public :: rbt_covered, rbt_has_spin_law, rbt_variables, rbt_pair
   public :: rbt_sample, rbt_rebound, rbt_grains
   public :: rbt_wall_tilt, rbt_gas_torque, rbt_spin_after
-  public :: rbt_half_size, rbt_inertia, rbt_sphericity, rbt_mean_half_size
+  public :: rbt_half_size, rbt_inertia, rbt_sphericity, rbt_mean_half_size, rbt_moment_of_inertia
   public :: rbt_critical_speed, rbt_deposits
 
   ! Codes, and places of the variables in a state; by `python -m sampler.formats.generated_code`.
@@ -201,6 +201,15 @@ module rebound_sampler
       real(c_double) :: inertia
     end function c_inertia
 
+    function c_moment_of_inertia(table, seed, index, inertia, mass, half_size, diameter) result(moment) &
+        bind(c, name="rbt_moment_of_inertia")
+      import :: c_double, c_int64_t, c_ptr
+      type(c_ptr), value :: table
+      integer(c_int64_t), value :: seed, index
+      real(c_double), value :: inertia, mass, half_size, diameter
+      real(c_double) :: moment
+    end function c_moment_of_inertia
+
     function c_sphericity(table, grain) result(sphericity) bind(c, name="rbt_sphericity")
       import :: c_double, c_ptr
       type(c_ptr), value :: table
@@ -341,6 +350,17 @@ contains
 
     sphericity = c_sphericity(table%handle, grain)
   end function rbt_sphericity
+
+  ! Moment of inertia of a particle about its spin, kg m**2, for rbt_spin_after. If the inertia k is 0, not
+  ! known, it is the mean moment of the particle's grain.
+  function rbt_moment_of_inertia(table, seed, index, inertia, mass, half_size, diameter) result(moment)
+    type(rbt_table), intent(in) :: table
+    integer(c_int64_t), intent(in) :: seed, index
+    real(c_double), intent(in) :: inertia, mass, half_size, diameter
+    real(c_double) :: moment
+
+    moment = c_moment_of_inertia(table%handle, seed, index, inertia, mass, half_size, diameter)
+  end function rbt_moment_of_inertia
 
   ! Mean of rbt_half_size over the particles of the table; 0: not known.
   function rbt_mean_half_size(table, diameter) result(half_size)

@@ -116,8 +116,8 @@ contains
   function others_hold() result(holds)
     logical :: holds, spinning
     type(rbt_range) :: range
-    real(c_double), parameter :: v(3) = [9, -1, 0], up(3) = [0, 2, 0], still(3) = 0
-    real(c_double) :: grains(3, 2), mean, half, moment, roundness
+    real(c_double), parameter :: v(3) = [9, -1, 0], up(3) = [0, 2, 0], still(3) = 0, mass = 2, size = 5
+    real(c_double) :: grains(3, 2), mean, half, moment, roundness, known, unknown
     integer(c_int) :: codes(4), stays, bounces
 
     grains = -1
@@ -130,14 +130,19 @@ contains
     half = rbt_half_size(table, 2.0_c_double, grains(:, 1))
     moment = rbt_inertia(table, grains(:, 1))
     roundness = rbt_sphericity(table, grains(:, 1))
+    known = rbt_moment_of_inertia(table, seed, index_, 0.3_c_double, mass, size, 7.0_c_double)
+    unknown = rbt_moment_of_inertia(table, seed, index_, 0.0_c_double, mass, size, 7.0_c_double)
     stays = rbt_deposits(v, up, 1.01_c_double, still)
     bounces = rbt_deposits(v, up, 0.99_c_double, still)
     holds = all(codes == [RBT_OK, merge(RBT_OK, RBT_ERR_NO_SPIN_LAW, spinning), RBT_ERR_MISSING, &
         RBT_ERR_MISSING]) .and. (range%spin(2) > 0 .eqv. spinning) .and. &
         all(abs(grains(:, 1) - grains(:, 2)) <= 0) .and. (all(grains >= 0) .eqv. spinning) .and. &
-        (mean > 1 .eqv. spinning) .and. (half > 0.8 .eqv. spinning) .and. &
-        (moment > 0.1 .eqv. spinning) .and. (roundness > 0.3 .eqv. spinning) .and. stays == 1 .and. &
-        bounces == 0
+        stays == 1 .and. bounces == 0
+    holds = holds .and. (mean > 1 .eqv. spinning) .and. (half > 0.8 .eqv. spinning) .and. &
+        (moment > 0.1 .eqv. spinning) .and. (roundness > 0.3 .eqv. spinning)
+    if (.not. spinning) moment = 0.1_c_double * (7 / size)**2  ! of the sphere of equal volume
+    holds = holds .and. abs(known - 0.3_c_double * mass * size**2) < 1e-9 .and. &
+        abs(unknown - moment * mass * size**2) < 1e-9
   end function others_hold
 
   ! What is left out is 0, and grains of one particle are those of several.
