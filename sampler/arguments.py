@@ -8,14 +8,13 @@ is where its type and layout allow.
 import math
 import operator
 import sys
-import textwrap
 from collections.abc import Mapping
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler.errors import InputError
+from sampler.errors import InputError, value_text
 from sampler.formats.bounds import SINGLE_ROUNDING
 from sampler.library import Rows
 
@@ -200,16 +199,8 @@ def check_keys(name: str, array: Any, bits: int) -> None:
         refused = refused | (flat > 2**bits - 1)
     if refused.any():
         k = int(refused.argmax())
-        given = _value_text(flat[k : k + 1].item())
+        given = value_text(flat[k : k + 1].item())
         raise InputError(name, given, keys_of(bits), row=row_index(k, array.shape))
-
-
-def _value_text(value: Any) -> str:
-    """Write a value short, in one line."""
-    if isinstance(value, int) and value.bit_length() > 256:
-        # Python refuses to write out thousands of digits
-        return f"an integer of {value.bit_length()} bits"
-    return textwrap.shorten(repr(value), 80, placeholder=" ...")
 
 
 def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
@@ -220,7 +211,7 @@ def as_integer(name: str, value: Any, low: int, high: int, allowed: str) -> int:
     except TypeError:
         number = None
     if number is None or not low <= number <= high:
-        raise InputError(name, _value_text(value), allowed)
+        raise InputError(name, value_text(value), allowed)
     return number
 
 
@@ -249,7 +240,7 @@ def _as_size(size: Any) -> Shape:
     shape = tuple(as_integer("size", part, 0, 2**62, allowed) for part in parts)
     if math.prod(shape) <= 2**32:
         return shape
-    raise InputError("size", _value_text(size), "2**32 draws at most in one call")
+    raise InputError("size", value_text(size), "2**32 draws at most in one call")
 
 
 def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
@@ -279,7 +270,7 @@ def common_shape(shapes: Mapping[str, Shape], size: Any = None) -> Shape:
     except ValueError:
         fits = False
     if not fits:
-        raise InputError("size", _value_text(size), f"a shape to which {shape} broadcasts")
+        raise InputError("size", value_text(size), f"a shape to which {shape} broadcasts")
     return wanted
 
 
@@ -405,7 +396,7 @@ def check_written(name: str, array: Any, shape: Shape, *dtypes: Any) -> None:
 def as_isotropic(isotropic: Any, roughness: Any) -> bool:
     """Coerce whether rough walls are isotropic; raises `InputError`, for smooth ones too."""
     if not isinstance(isotropic, bool | np.bool_):
-        raise InputError("isotropic", _value_text(isotropic), "True or False")
+        raise InputError("isotropic", value_text(isotropic), "True or False")
     if isotropic and roughness is None:
         problem, remedy = "is True for a smooth wall", "give roughness=, or leave isotropic= out"
         raise InputError("isotropic", problem=problem, remedy=remedy)

@@ -261,3 +261,13 @@ def printable(text: str) -> str:
 def shortened(text: str) -> str:
     """Cut a given text after its first 60 characters."""
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def value_text(value: object) -> str:
+    """Write a given value as Python does, short and in one line."""
+    if isinstance(value, int) and value.bit_length() > 256:
+        # Python refuses to write out thousands of digits
+        return f"an integer of {value.bit_length()} bits"
+    if isinstance(value, str):
+        return repr(shortened(value))
+    return shortened(" ".join(repr(value).split()))

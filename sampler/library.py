@@ -29,30 +29,58 @@ SLICE = 2**16
 _ROWS_PER_THREAD = 20_000
 
 #: The library beside this module; the variable names another build of it, for tests and profilers.
-_PLACE = Path(__file__).with_name("librebound.so")
-_VARIABLE = "REBOUND_SAMPLER_LIBRARY"
+_LIBRARY_PATH = Path(__file__).with_name("librebound.so")
+_PATH_VARIABLE = "REBOUND_SAMPLER_LIBRARY"
 
 
-def _record(name: str, addresses: str, *others: tuple[str, Any]) -> Any:
-    """Make a record of `rebound_sampler.h`: addresses, then other fields."""
-    fields = *((field, c_void_p) for field in addresses.split()), *others
-    return type(name, (ctypes.Structure,), {"_fields_": fields})
+def _record(name: str, fields: dict[str, Any]) -> Any:
+    """Make a record of `rebound_sampler.h` from the types of its fields."""
+    return type(name, (ctypes.Structure,), {"_fields_": list(fields.items())})
 
 
 Conditions = _record(
     "Conditions",
-    "alpha1 speed spin inertia grain index hit inertia_after",
-    ("fresh", c_int),
+    {
+        "alpha1": c_void_p,
+        "speed": c_void_p,
+        "spin": c_void_p,
+        "inertia": c_void_p,
+        "grain": c_void_p,
+        "index": c_void_p,
+        "hit": c_void_p,
+        "inertia_after": c_void_p,
+        "fresh": c_int,
+    },
 )
 Impacts = _record(
     "Impacts",
-    "velocity normal half_size wall_velocity omega inertia roughness grain index hit",
-    *(("fresh", c_int), ("isotropic", c_int)),
+    {
+        "velocity": c_void_p,
+        "normal": c_void_p,
+        "half_size": c_void_p,
+        "wall_velocity": c_void_p,
+        "omega": c_void_p,
+        "inertia": c_void_p,
+        "roughness": c_void_p,
+        "grain": c_void_p,
+        "index": c_void_p,
+        "hit": c_void_p,
+        "fresh": c_int,
+        "isotropic": c_int,
+    },
 )
 Rebounds = _record(
     "Rebounds",
-    "velocity omega inertia works codes",
-    *(("bad", c_size_t), ("first_bad", c_size_t), ("flagged", c_size_t * 4)),
+    {
+        "velocity": c_void_p,
+        "omega": c_void_p,
+        "inertia": c_void_p,
+        "works": c_void_p,
+        "codes": c_void_p,
+        "bad": c_size_t,
+        "first_bad": c_size_t,
+        "flagged": c_size_t * 4,
+    },
 )
 
 #: Functions of the library: result, then arguments.
@@ -86,9 +114,9 @@ def library() -> Any:
     ImportError
         If it was not built; says how to build it.
     """
-    place = os.environ.get(_VARIABLE, str(_PLACE))
+    path = os.environ.get(_PATH_VARIABLE, str(_LIBRARY_PATH))
     try:
-        loaded = ctypes.CDLL(place)
+        loaded = ctypes.CDLL(path)
     except OSError as error:
         build = Path(__file__).parent / "c" / "build.py"
         raise ImportError(
@@ -199,15 +227,15 @@ def sample(
     `threads`: None for as many as are worth their cost. `report`: the codes, if they are known.
     `inertia` (n,) is written with those after the rebound.
     """
-    draw = library().rbt_sample
+    rbt_sample = library().rbt_sample
 
-    def run(at: dict[str, int], start: int, count: int, codes: int | None) -> int:
+    def draw_slice(addresses: dict[str, int], start: int, count: int, codes: int | None) -> int:
         after = None if inertia is None else inertia.ctypes.data + start * inertia.itemsize
-        given = Conditions(**at, inertia_after=after, fresh=rows.fresh)
+        conditions = Conditions(**addresses, inertia_after=after, fresh=rows.fresh)
         out = None if states is None else states.ctypes.data + start * states.strides[0]
-        return draw(table.handle, count, ctypes.byref(given), rows.seed, out, codes)
+        return rbt_sample(table.handle, count, ctypes.byref(conditions), rows.seed, out, codes)
 
-    return _run(run, rows, threads, report)
+    return _run_in_slices(draw_slice, rows, threads, report)
 
 
 def rebound(
@@ -222,15 +250,17 @@ def rebound(
     They are in the lab frame, in m/s, rad/s and J/kg, and NaN where there is an error, but what it
     was before where a particle does not approach the wall.
     """
-    bounce = library().rbt_rebound
+    rbt_rebound = library().rbt_rebound
 
-    def run(at: dict[str, int], start: int, count: int, codes: int | None) -> int:
-        given = Impacts(**at, fresh=rows.fresh, isotropic=isotropic)
-        to = {name: array.ctypes.data + start * array.strides[0] for name, array in results.items()}
-        after = Rebounds(**to, codes=codes)
-        return bounce(table.handle, count, ctypes.byref(given), rows.seed, ctypes.byref(after))
+    def rebound_slice(addresses: dict[str, int], start: int, count: int, codes: int | None) -> int:
+        impacts = Impacts(**addresses, fresh=rows.fresh, isotropic=isotropic)
+        rebounds = Rebounds(codes=codes)
+        for name, array in results.items():
+            setattr(rebounds, name, array.ctypes.data + start * array.strides[0])
+        records = ctypes.byref(impacts), ctypes.byref(rebounds)
+        return rbt_rebound(table.handle, count, records[0], rows.seed, records[1])
 
-    return _run(run, rows, threads)
+    return _run_in_slices(rebound_slice, rows, threads)
 
 
 def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> NDArray[np.float64]:
@@ -241,46 +271,54 @@ def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> ND
     return rows
 
 
-def _run(
-    run: Callable[..., int], rows: Rows, threads: int | None, before: Report | None = None
+def _run_in_slices(
+    run_slice: Callable[[dict[str, int], int, int, int | None], int],
+    rows: Rows,
+    threads: int | None,
+    known: Report | None = None,
 ) -> Report:
-    """Run a function over slices of all rows; return their codes, those given if there are any."""
+    """Run a function over slices of all rows, and return the codes of the rows.
+
+    The function takes the addresses of the arguments by name, the first row and the number of rows
+    of its slice, and the address of their codes. It returns the code of the call. If the codes are
+    `known`, they are not written again.
+    """
     n = rows.n
     if threads is None:
         worth = n // _ROWS_PER_THREAD
         threads = min(processors(), worth) if worth > 1 else 1
     parts = threads * max(1, math.ceil(n / (threads * SLICE))) if threads > 1 or n > SLICE else 1
     longest = math.ceil(n / parts)
-    arrays = {name: _long_enough(array, n, longest) for name, array in rows.arrays.items()}
-    codes = np.empty(0 if before else n, np.intc)
-    nothing = Report(None, False, (0,) * len(FLAGS))
+    arrays = {name: _repeat_single_row(array, n, longest) for name, array in rows.arrays.items()}
+    codes = np.empty(0 if known else n, np.intc)
+    all_zero = Report(None, False, (0,) * len(FLAGS))
 
-    def part(ends: tuple[int, int]) -> Report:
+    def report_on(ends: tuple[int, int]) -> Report:
         start, end = ends
-        at = {
+        addresses = {
             name: array.ctypes.data + (start * array.strides[0] if len(array) == n else 0)
             for name, array in arrays.items()
         }
-        where = None if before else codes.ctypes.data + start * codes.itemsize
-        code = run(at, start, end - start, where)
-        # while they are in the cache
-        return Report.from_codes(codes[start:end]) if code and not before else nothing
+        code_address = None if known else codes.ctypes.data + start * codes.itemsize
+        code = run_slice(addresses, start, end - start, code_address)
+        # now, while the codes are in the cache
+        return Report.from_codes(codes[start:end]) if code and not known else all_zero
 
     slices = list(pairwise(n * k // parts for k in range(parts + 1)))
     if threads == 1:
-        reports = [part(ends) for ends in slices]
+        reports = [report_on(ends) for ends in slices]
     else:
         with ThreadPoolExecutor(threads) as pool:
-            reports = list(pool.map(part, slices))
-    if before:
-        return before
-    if all(each is nothing for each in reports):
-        return nothing
-    counts = tuple(map(sum, zip(*(each.counts for each in reports), strict=True)))
-    return Report(codes, any(each.bad for each in reports), counts)
+            reports = list(pool.map(report_on, slices))
+    if known:
+        return known
+    if all(report is all_zero for report in reports):
+        return all_zero
+    counts = tuple(map(sum, zip(*(report.counts for report in reports), strict=True)))
+    return Report(codes, any(report.bad for report in reports), counts)
 
 
-def _long_enough(array: NDArray[Any], n: int, longest: int) -> NDArray[Any]:
+def _repeat_single_row(array: NDArray[Any], n: int, longest: int) -> NDArray[Any]:
     """Repeat a row that stands for all as often as a slice has rows."""
     if len(array) == n or len(array) > 1:
         return array

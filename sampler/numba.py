@@ -45,26 +45,26 @@ _NULL = ir.Constant(_POINTER, None)
 _REQUIRED: Any = None
 
 
-class _Kind(NamedTuple):
-    """Kind of an argument: the types that fit, the allowed ones in words, and what C takes."""
+class _Argument(NamedTuple):
+    """What an argument may be: the types that fit, the same in words, and what C takes."""
 
     fits: Callable[[Any], bool]
     allowed: str
     number: Any
     by_address: bool = False
 
-    def or_none(self) -> "_Kind":
+    def or_none(self) -> "_Argument":
         """Allow None, which is NULL in C."""
-        fits = lambda kind: _is(types.NoneType)(kind) or self.fits(kind)  # noqa: E731
+        fits = lambda kind: _is_one_of(types.NoneType)(kind) or self.fits(kind)  # noqa: E731
         return self._replace(fits=fits, allowed=f"{self.allowed}, or None")
 
 
-def _is(*kinds: Any) -> Callable[[Any], bool]:
+def _is_one_of(*kinds: Any) -> Callable[[Any], bool]:
     return lambda kind: isinstance(kind, kinds)
 
 
 def _is_vector(kind: Any) -> bool:
-    return _is(types.BaseTuple)(kind) and len(kind) == 3 and all(map(_NUMBER.fits, kind))
+    return _is_one_of(types.BaseTuple)(kind) and len(kind) == 3 and all(map(_NUMBER.fits, kind))
 
 
 def _is_output(kind: Any) -> bool:
@@ -72,123 +72,205 @@ def _is_output(kind: Any) -> bool:
     return plain and kind.mutable and kind.dtype == types.float64
 
 
-_SEED = _Kind(_is(types.Integer), "an integer", types.uint64)
+_SEED = _Argument(_is_one_of(types.Integer), "an integer", types.uint64)
 _HANDLE = _SEED._replace(allowed="table.handle")
 _INDEX = _SEED._replace(by_address=True)
 _HIT = _INDEX._replace(number=types.uint32)
-_NUMBER = _Kind(_is(types.Integer, types.Float), "a number", types.float64)
+_NUMBER = _Argument(_is_one_of(types.Integer, types.Float), "a number", types.float64)
 _NUMBER_AT = _NUMBER._replace(by_address=True)
-_FLAG = _Kind(_is(types.Boolean), "True or False", types.int32)
-_VECTOR = _Kind(_is_vector, "a tuple of three numbers", types.float64, by_address=True)
+_FLAG = _Argument(_is_one_of(types.Boolean), "True or False", types.int32)
+_VECTOR = _Argument(_is_vector, "a tuple of three numbers", types.float64, by_address=True)
 _OPTIONAL = _VECTOR.or_none()
-_OUTPUT = _Kind(_is_output, "a writable float64 array of one dimension", None)
+_OUTPUT = _Argument(_is_output, "a writable float64 array of one dimension", None)
 
 
-def _in_c(context: Any, builder: Any, value: Any, kind: Any, what: _Kind) -> Any:
+def _c_argument(context: Any, builder: Any, value: Any, kind: Any, argument: _Argument) -> Any:
     """Turn an argument of numba code into one of C, an array into its number of items."""
     if isinstance(kind, types.NoneType):
         return _NULL
     if isinstance(kind, types.Array):
         return context.make_array(kind)(context, builder, value).nitems
     parts = [(value, kind)]
-    if _is(types.BaseTuple)(kind):
+    if _is_one_of(types.BaseTuple)(kind):
         parts = [(builder.extract_value(value, k), part) for k, part in enumerate(kind)]
-    numbers = [context.cast(builder, *part, what.number) for part in parts]
-    return _stored(builder, numbers) if what.by_address else numbers[0]
+    numbers = [context.cast(builder, *part, argument.number) for part in parts]
+    return _store_record(builder, numbers) if argument.by_address else numbers[0]
 
 
-def _stored(builder: Any, fields: list[Any]) -> Any:
-    """Store a record, and give its address."""
+def _store_record(builder: Any, fields: list[Any]) -> Any:
+    """Store a record on the stack, and return its address."""
     record = cgutils.pack_struct(builder, fields)
     return builder.bitcast(cgutils.alloca_once_value(builder, record), _POINTER)
 
 
-def _of_sample(builder: Any, given: list[Any], room: list[Any]) -> list[Any]:
-    """Give the arguments of ``rbt_sample`` with one row."""
+def _sample_arguments(builder: Any, given: list[Any], results: list[Any]) -> list[Any]:
+    """Make the arguments of ``rbt_sample`` with one row."""
     handle, *conditions, fresh, seed, _ = given
-    record = _stored(builder, [*conditions, room[10], fresh])
-    return [handle, _LONG(1), record, seed, room[0], _NULL]
+    states, inertia_after = results[0], results[10]
+    record = _store_record(builder, [*conditions, inertia_after, fresh])
+    return [handle, _LONG(1), record, seed, states, _NULL]
 
 
-def _of_rebound(builder: Any, given: list[Any], room: list[Any]) -> list[Any]:
-    """Give the arguments of ``rbt_rebound`` with one row; works where there is room for them."""
-    handle, *impacts, seed, size = given
-    works = builder.select(builder.icmp_unsigned("==", size, _LONG(9)), room[7], _NULL)
-    rebounds = [room[0], room[3], room[6], works, _NULL, *[_LONG(0)] * 6]
-    return [handle, _LONG(1), _stored(builder, impacts), seed, _stored(builder, rebounds)]
+def _rebound_arguments(builder: Any, given: list[Any], results: list[Any]) -> list[Any]:
+    """Make the arguments of ``rbt_rebound`` with one row, with works if `out` has nine numbers."""
+    handle, *impacts, seed, out_size = given
+    velocity, omega, inertia, works = results[0], results[3], results[6], results[7]
+    wants_works = builder.icmp_unsigned("==", out_size, _LONG(9))
+    works = builder.select(wants_works, works, _NULL)
+    codes, counts = _NULL, [_LONG(0)] * 6
+    rebounds = _store_record(builder, [velocity, omega, inertia, works, codes, *counts])
+    return [handle, _LONG(1), _store_record(builder, impacts), seed, rebounds]
 
 
-def _function(
+def _add_result(_: Any, given: list[Any], results: list[Any]) -> list[Any]:
+    """Put the address of the numbers that are written behind the given arguments."""
+    return given + results[:1]
+
+
+def _library_function(
     symbol: str,
-    arguments: dict[str, _Kind],
+    arguments: dict[str, _Argument],
     count: int,
     returns: Any = types.int32,
-    in_c: Callable[..., list[Any]] = lambda builder, given, room: given + room[:1],
+    make_c_arguments: Callable[..., list[Any]] = _add_result,
 ) -> Callable[..., Any]:
-    """Make a function of numba code of one of the library, by the name of its symbol.
+    """Make a function for numba code that calls a function of the library.
 
-    It returns a tuple: the result, unless that is void, and the `count` numbers that are written,
-    NaN where none are. The arguments of the call in C are those that `in_c` gives.
+    Parameters
+    ----------
+    symbol : str
+        Name of the function of the library.
+    arguments : dict of _Argument
+        Arguments of the function for numba code, by name.
+    count : int
+        How many numbers the library writes.
+    returns : numba type
+        What the function of the library returns.
+    make_c_arguments : callable
+        Makes the arguments of the function of the library from a builder, the arguments that were
+        given, and the addresses of the numbers that are written.
+
+    Returns
+    -------
+    callable
+        Returns a tuple: the result, unless that is void, and the `count` numbers, NaN where the
+        library wrote none.
     """
     address = ctypes.cast(getattr(library(), symbol), ctypes.c_void_p).value
     llvmlite.binding.add_symbol(symbol, address)
     output = types.Tuple(((returns,) if returns != types.void else ()) + (types.float64,) * count)
 
-    def typed(typingctx: Any, *given: Any) -> Any:
-        for (name, what), kind in zip(arguments.items(), given, strict=True):
-            if not what.fits(kind):
-                raise TypingError(str(InputError(name, kind, what.allowed)))
+    def check_types(typingctx: Any, *given: Any) -> Any:
+        for (name, argument), kind in zip(arguments.items(), given, strict=True):
+            if not argument.fits(kind):
+                raise TypingError(str(InputError(name, kind, argument.allowed)))
 
         def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             parts = zip(args, sig.args, arguments.values(), strict=True)
-            values = [_in_c(context, builder, *part) for part in parts]
-            first = _stored(builder, [_REAL(np.nan)] * count)
-            room = [builder.gep(first, [_LONG(k)]) for k in range(count)]
-            values = in_c(builder, values, room)
+            given = [_c_argument(context, builder, *part) for part in parts]
+            first = _store_record(builder, [_REAL(np.nan)] * count)
+            written = [builder.gep(first, [_LONG(k)]) for k in range(count)]
+            values = make_c_arguments(builder, given, written)
             result = ir.VoidType() if returns == types.void else context.get_value_type(returns)
             kind = ir.FunctionType(result, [value.type for value in values])
             function = cgutils.get_or_insert_function(builder.module, kind, symbol)
             results = [builder.call(function, values)][: len(output) - count]
-            return context.make_tuple(builder, output, results + [builder.load(at) for at in room])
+            return context.make_tuple(
+                builder, output, results + [builder.load(number) for number in written]
+            )
 
         return output(*given), emit
 
     # numba takes the number and the names of the arguments from the signature
     kind = Parameter.POSITIONAL_OR_KEYWORD
     parameters = [Parameter(name, kind) for name in ("typingctx", *arguments)]
-    typed.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
-    return cast(Any, intrinsic)(typed)
+    check_types.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    return cast(Any, intrinsic)(check_types)
 
 
-_KEYS = {"index": _INDEX, "hit": _HIT, "fresh": _FLAG}
-_END = {"seed": _SEED, "out": _OUTPUT}
-_sample = _function(
+_sample = _library_function(
     "rbt_sample",
-    {"handle": _HANDLE, "alpha1": _NUMBER_AT, "speed": _NUMBER_AT, "spin": _OPTIONAL}
-    | {"inertia": _NUMBER_AT, "grain": _OPTIONAL, **_KEYS, **_END},
-    *(11, types.int32, _of_sample),
+    {
+        "handle": _HANDLE,
+        "alpha1": _NUMBER_AT,
+        "speed": _NUMBER_AT,
+        "spin": _OPTIONAL,
+        "inertia": _NUMBER_AT,
+        "grain": _OPTIONAL,
+        "index": _INDEX,
+        "hit": _HIT,
+        "fresh": _FLAG,
+        "seed": _SEED,
+        "out": _OUTPUT,
+    },
+    count=11,
+    make_c_arguments=_sample_arguments,
 )
-_rebound = _function(
+_rebound = _library_function(
     "rbt_rebound",
-    {"handle": _HANDLE, "velocity": _VECTOR, "normal": _VECTOR, "half_size": _NUMBER_AT}
-    | {"wall_velocity": _OPTIONAL, "omega": _OPTIONAL, "inertia": _NUMBER_AT}
-    | {"roughness": _NUMBER_AT, "grain": _OPTIONAL, **_KEYS, "isotropic": _FLAG, **_END},
-    *(9, types.int32, _of_rebound),
+    {
+        "handle": _HANDLE,
+        "velocity": _VECTOR,
+        "normal": _VECTOR,
+        "half_size": _NUMBER_AT,
+        "wall_velocity": _OPTIONAL,
+        "omega": _OPTIONAL,
+        "inertia": _NUMBER_AT,
+        "roughness": _NUMBER_AT,
+        "grain": _OPTIONAL,
+        "index": _INDEX,
+        "hit": _HIT,
+        "fresh": _FLAG,
+        "isotropic": _FLAG,
+        "seed": _SEED,
+        "out": _OUTPUT,
+    },
+    count=9,
+    make_c_arguments=_rebound_arguments,
 )
-_columns = _function("rbt_variables", {"handle": _HANDLE, "columns": _OPTIONAL}, 0)
-_ROW = {"handle": _HANDLE, "n": _SEED, "seed": _SEED, "index": _INDEX, "hit": _HIT.or_none()}
-_grains = _function("rbt_grains", _ROW, 3)
-_GAS = {"diameter": _NUMBER, "density": _NUMBER, "viscosity": _NUMBER, "gas_rotation": _OPTIONAL}
-_torque = _function("rbt_gas_torque", {"omega": _VECTOR, **_GAS}, 3, types.void)
-_DECAY = {"omega": _VECTOR, "time": _NUMBER, "inertia": _NUMBER}
-_after = _function("rbt_spin_after", _DECAY | _GAS, 3, types.void)
-_SIZED = {"handle": _HANDLE, "diameter": _NUMBER, "grain": _VECTOR}
-_half_size = _function("rbt_half_size", _SIZED, 0, types.float64)
-_GRAIN = {"handle": _HANDLE, "grain": _VECTOR}
-_inertia = _function("rbt_inertia", _GRAIN, 0, types.float64)
-_sphericity = _function("rbt_sphericity", _GRAIN, 0, types.float64)
-_IMPACT = {"velocity": _VECTOR, "normal": _VECTOR, "critical_speed": _NUMBER}
-_deposits = _function("rbt_deposits", _IMPACT | {"wall_velocity": _OPTIONAL}, 0)
+_columns = _library_function("rbt_variables", {"handle": _HANDLE, "columns": _OPTIONAL}, count=0)
+_grains = _library_function(
+    "rbt_grains",
+    {"handle": _HANDLE, "n": _SEED, "seed": _SEED, "index": _INDEX, "hit": _HIT.or_none()},
+    count=3,
+)
+_GAS = {
+    "diameter": _NUMBER,
+    "density": _NUMBER,
+    "viscosity": _NUMBER,
+    "gas_rotation": _OPTIONAL,
+}
+_torque = _library_function(
+    "rbt_gas_torque", {"omega": _VECTOR} | _GAS, count=3, returns=types.void
+)
+_spin_after = _library_function(
+    "rbt_spin_after",
+    {"omega": _VECTOR, "time": _NUMBER, "inertia": _NUMBER} | _GAS,
+    count=3,
+    returns=types.void,
+)
+_half_size = _library_function(
+    "rbt_half_size",
+    {"handle": _HANDLE, "diameter": _NUMBER, "grain": _VECTOR},
+    count=0,
+    returns=types.float64,
+)
+_inertia = _library_function(
+    "rbt_inertia", {"handle": _HANDLE, "grain": _VECTOR}, count=0, returns=types.float64
+)
+_sphericity = _library_function(
+    "rbt_sphericity", {"handle": _HANDLE, "grain": _VECTOR}, count=0, returns=types.float64
+)
+_deposits = _library_function(
+    "rbt_deposits",
+    {
+        "velocity": _VECTOR,
+        "normal": _VECTOR,
+        "critical_speed": _NUMBER,
+        "wall_velocity": _OPTIONAL,
+    },
+    count=0,
+)
 
 
 @numba.njit(nogil=True)
@@ -401,7 +483,7 @@ def spin_after(
     gas_rotation: Maybe = None,
 ) -> Vector:
     """Compute the spin of one particle after a flight [rad/s]; see `sampler.spin_after`."""
-    return _after(omega, time, inertia, diameter, density, viscosity, gas_rotation)
+    return _spin_after(omega, time, inertia, diameter, density, viscosity, gas_rotation)
 
 
 @numba.njit(nogil=True)

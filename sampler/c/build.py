@@ -26,16 +26,44 @@ LIBRARY = HERE.parent / "librebound.so"
 
 #: Sections of the header, in their order.
 SECTIONS = (
-    *("public", "prelude", "words", "nodes", "sphere", "grains"),
-    *("spin", "conditions", "experts", "outcomes", "spin_draw"),
-    *("sample", "frame", "rough", "rebound", "checksum", "layout", "check", "read", "open"),
-    *("queries", "sizes", "gas", "walls", "faces", "end"),
+    "public",
+    "prelude",
+    "words",
+    "nodes",
+    "sphere",
+    "grains",
+    "spin",
+    "conditions",
+    "experts",
+    "outcomes",
+    "spin_draw",
+    "sample",
+    "frame",
+    "rough",
+    "rebound",
+    "checksum",
+    "layout",
+    "check",
+    "read",
+    "open",
+    "queries",
+    "sizes",
+    "gas",
+    "walls",
+    "faces",
+    "end",
 )
 
 #: No product is fused with a sum, which keeps the bits; nobody reads errno or floating-point traps.
 FLAGS = (
-    *("-std=gnu11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
-    *("-fPIC", "-shared", "-DREBOUND_SAMPLER_IMPLEMENTATION"),
+    "-std=gnu11",
+    "-O3",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fPIC",
+    "-shared",
+    "-DREBOUND_SAMPLER_IMPLEMENTATION",
 )
 
 

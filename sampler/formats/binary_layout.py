@@ -93,15 +93,15 @@ _EXPERTS = (
 )
 
 
-def _of(count: str, *arrays: tuple[Any, ...]) -> list[StoredArray]:
-    """Arrays that are there where a count is not 0."""
+def _arrays_with(count: str, *arrays: tuple[Any, ...]) -> list[StoredArray]:
+    """List arrays that a table has if a count is not 0: name, type, dimensions, meaning, extra."""
     return [StoredArray(name, count, *rest) for name, *rest in arrays]
 
 
 #: All arrays, in the order of a file: of the nodes, the grains, the spin law and the laws of
 #: contact. Those of the law's shapes are of the shapes with a positive weight.
 ARRAYS = (
-    *_of("n_alpha",
+    *_arrays_with("n_alpha",
         ("alpha_coordinate", "<f8", ("n_alpha_grid",), _COORDINATE + "angle"),
         ("speed_coordinate", "<f8", ("n_speed_grid",), _COORDINATE + "speed"),
         ("normals", "<f4", (257, 4), "cubics through the normal quantile function"),
@@ -113,7 +113,7 @@ ARRAYS = (
         ("quantiles", "<u2", (*_CELLS, "n_knots", 4),
             "steps of the quantiles at the four nodes of a cell"),
     ),
-    *_of("n_shapes",
+    *_arrays_with("n_shapes",
         ("shape_codes", "<i4", ("n_shapes",), "shapes, from 6 on meshes"),
         ("shape_shares", "<f8", ("n_shapes",), "running sum of their shares"),
         ("shape_ratios", "<f8", ("n_shapes", 2),
@@ -123,7 +123,7 @@ ARRAYS = (
         ("shape_geometry", "<f8", ("n_shapes", 4),
             "volumes, moments and surfaces, as spin/shape_geometry; 0: not known"),
     ),
-    *_of("n_leaves",
+    *_arrays_with("n_leaves",
         ("shape_inertia", "<f8", ("n_shapes", 2),
             "g1, g3 of the largest and smallest moments of inertia"),
         ("kappa_quantiles", "<f8", ("n_shapes", N_KAPPA_QUANTILES),
@@ -142,7 +142,7 @@ ARRAYS = (
             "gates of the experts, 1/512"),
         ("experts", "<i2", ("n_leaves", N_EXPERTS, "expert_stride"), _EXPERTS, 8),
     ),
-    *_of("n_law_parameters",
+    *_arrays_with("n_law_parameters",
         ("laws", "<f8", ("n_law_parameters",), "laws of contact of spheres, as sphere/laws"),
     ),
 )  # fmt: skip

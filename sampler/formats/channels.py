@@ -20,8 +20,16 @@ if TYPE_CHECKING:
 
 #: Variables of a state, in the order of every public array and file.
 VARIABLES = (
-    *("u", "v", "w", "omega_x", "omega_y", "omega_z", "rotational_energy", "collisions"),
-    *("work_normal", "work_shear"),
+    "u",
+    "v",
+    "w",
+    "omega_x",
+    "omega_y",
+    "omega_z",
+    "rotational_energy",
+    "collisions",
+    "work_normal",
+    "work_shear",
 )
 
 #: Variables that every table has unless its scene says otherwise: u to omega_z.
@@ -29,7 +37,14 @@ STATE = VARIABLES[:6]
 
 #: Channels; a table holds some of them.
 CHANNELS = (
-    *("v", "u_hat", "omega_z", "w_hat", "omega_x", "omega_y", "energy_hat", "collisions"),
+    "v",
+    "u_hat",
+    "omega_z",
+    "w_hat",
+    "omega_x",
+    "omega_y",
+    "energy_hat",
+    "collisions",
     "normal_hat",
 )
 

@@ -48,19 +48,18 @@ def _c_type(dtype: str) -> str:
 def public_constants() -> str:
     """Versions, codes with their meaning, and how many variables and channels there are, in C."""
     major, minor, _ = __version__.split(".")
-    lines = [
-        f"#define RBT_VERSION_MAJOR {major}",
-        f"#define RBT_VERSION_MINOR {minor}",
-        *(f"#define RBT_{code.name} {_number(code.number)}" for code in CODES),
-        f"#define RBT_OUTSIDE {OUTSIDE} /* RBT_ANGLE, RBT_SPEED or RBT_SPIN: outside the table */",
-        "/* variables of a state, in this order */",
-        *_enumeration([f"RBT_{name.upper()}" for name in (*VARIABLES, "values")]),
-        "/* channels, in which these are stored */",
-        *_enumeration(
-            [f"RBTI_{name.upper()}" for name in (*(f"of_{c}" for c in CHANNELS), "channels")]
-        ),
-        f"#define RBTI_NAMES {MOST_NAMES} /* most of either that a table has */",
-    ]
+    variables = [f"RBT_{name.upper()}" for name in VARIABLES]
+    channels = [f"RBTI_OF_{name.upper()}" for name in CHANNELS]
+    lines = [f"#define RBT_VERSION_MAJOR {major}", f"#define RBT_VERSION_MINOR {minor}"]
+    lines += [f"#define RBT_{code.name} {_c_number(code.number)}" for code in CODES]
+    lines.append(
+        f"#define RBT_OUTSIDE {OUTSIDE} /* RBT_ANGLE, RBT_SPEED or RBT_SPIN: outside the table */"
+    )
+    lines.append("/* variables of a state, in this order */")
+    lines += _enumeration([*variables, "RBT_VALUES"])
+    lines.append("/* channels, in which these are stored */")
+    lines += _enumeration([*channels, "RBTI_CHANNELS"])
+    lines.append(f"#define RBTI_NAMES {MOST_NAMES} /* most of either that a table has */")
     return "\n".join(lines) + "\n"
 
 
@@ -68,7 +67,7 @@ def _enumeration(names: list[str]) -> list[str]:
     return textwrap.wrap(f"enum {{ {', '.join(names)} }};", _WIDTH, subsequent_indent=" " * 7)
 
 
-def _number(number: int) -> str:
+def _c_number(number: int) -> str:
     return f"({number})" if number < 0 else str(number)
 
 
@@ -88,49 +87,49 @@ def _extent(field: Field) -> str:
 
 #: Codes of laws of contact.
 _LAWS = (
-    *("EXPONENTIAL", "POLYNOMIAL", "CONSTANT", "POWER", "TABULATED"),
-    *("ORIENTATION", "CONSTANT_RESISTANCE", "TABULATED_RESISTANCE", "COULOMB"),
+    "EXPONENTIAL",
+    "POLYNOMIAL",
+    "CONSTANT",
+    "POWER",
+    "TABULATED",
+    "ORIENTATION",
+    "CONSTANT_RESISTANCE",
+    "TABULATED_RESISTANCE",
+    "COULOMB",
 )
 
 
 def spin_constants() -> str:
     """Write the numbers of the spin law, as macros."""
-    lines = [
-        *(
-            f"#define RBTI_{name} {number}"
-            for name, number in {
-                "CONDITIONS": bounds.N_CONDITIONS,
-                "INPUTS": bounds.N_INPUTS,
-                "FEATURES": bounds.N_FEATURES,
-                "OUTCOMES": bounds.N_OUTCOMES,
-                "MOST_OUTCOMES": bounds.N_OUTCOMES_WITH_WORKS,
-                "GROUPS": bounds.N_GROUPS,
-                "GROUP_SIZE": bounds.GROUP_SIZE,
-                "KAPPA_QUANTILES": bounds.N_KAPPA_QUANTILES,
-                "SPIN_CORE": repr(bounds.SPIN_CORE),
-                "EQUAL_MOMENTS": repr(bounds.EQUAL_MOMENTS),
-                "SINGLE_ROUNDING": repr(bounds.SINGLE_ROUNDING),
-                "INERTIA_ROUNDING": repr(bounds.INERTIA_ROUNDING),
-                "FOLD": repr(bounds.FOLD),
-                "LEAST_RATIO": repr(bounds.LEAST_RATIO),
-                "SCORE_MAX": f"{bounds.SCORE_MAX!r}f",
-                "PER_SQUARE": f"{np.float32(1.0 / bounds.SCORE_MAX**2):.9g}f",
-            }.items()
-        ),
-        *(
-            f"#define RBTI_{name} (1.0f / {getattr(bounds, name)}.0f)"
-            for name in ("GATE_UNIT", "MEAN_UNIT", "FACTOR_UNIT")
-        ),
-        *(f"#define RBTI_{name} {getattr(bounds, name)}" for name in _LAWS),
-        "/* rows of a draw: inputs, with the squared spin that trees compare, and outcomes */",
-        *_enumeration(
-            [
-                f"RBTI_IN_{name.upper()}"
-                for name in (*bounds.CONDITIONS, "square", *bounds.RATIOS, "rows")
-            ]
-        ),
-        *_enumeration([f"RBTI_OUT_{name.upper()}" for name in bounds.OUTCOMES]),
-    ]
+    numbers = {
+        "CONDITIONS": bounds.N_CONDITIONS,
+        "INPUTS": bounds.N_INPUTS,
+        "FEATURES": bounds.N_FEATURES,
+        "OUTCOMES": bounds.N_OUTCOMES,
+        "MOST_OUTCOMES": bounds.N_OUTCOMES_WITH_WORKS,
+        "GROUPS": bounds.N_GROUPS,
+        "GROUP_SIZE": bounds.GROUP_SIZE,
+        "KAPPA_QUANTILES": bounds.N_KAPPA_QUANTILES,
+        "SPIN_CORE": repr(bounds.SPIN_CORE),
+        "EQUAL_MOMENTS": repr(bounds.EQUAL_MOMENTS),
+        "SINGLE_ROUNDING": repr(bounds.SINGLE_ROUNDING),
+        "INERTIA_ROUNDING": repr(bounds.INERTIA_ROUNDING),
+        "FOLD": repr(bounds.FOLD),
+        "LEAST_RATIO": repr(bounds.LEAST_RATIO),
+        "SCORE_MAX": f"{bounds.SCORE_MAX!r}f",
+        "PER_SQUARE": f"{np.float32(1.0 / bounds.SCORE_MAX**2):.9g}f",
+        "GATE_UNIT": f"(1.0f / {bounds.GATE_UNIT}.0f)",
+        "MEAN_UNIT": f"(1.0f / {bounds.MEAN_UNIT}.0f)",
+        "FACTOR_UNIT": f"(1.0f / {bounds.FACTOR_UNIT}.0f)",
+    }
+    numbers |= {name: getattr(bounds, name) for name in _LAWS}
+    inputs = (*bounds.CONDITIONS, "square", *bounds.RATIOS, "rows")
+    lines = [f"#define RBTI_{name} {number}" for name, number in numbers.items()]
+    lines.append(
+        "/* rows of a draw: inputs, with the squared spin that trees compare, and outcomes */"
+    )
+    lines += _enumeration([f"RBTI_IN_{name.upper()}" for name in inputs])
+    lines += _enumeration([f"RBTI_OUT_{name.upper()}" for name in bounds.OUTCOMES])
     return "\n".join(lines) + "\n"
 
 

@@ -21,7 +21,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from sampler.errors import InputError, TableError, shortened
+from sampler.errors import InputError, TableError, value_text
 from sampler.files import read_file, write_bytes
 from sampler.formats import checks
 from sampler.formats.bounds import N_OUTCOMES, N_OUTCOMES_WITH_WORKS, QUANTILES
@@ -55,11 +55,6 @@ _OTHER_KINDS = {
 }
 
 
-def _value_text(value: Any) -> str:
-    """Write a given value short and in one line."""
-    return repr(shortened(value)) if isinstance(value, str) else shortened(repr(value))
-
-
 def _check_attributes(given: Mapping[str, Any]) -> None:
     """Refuse attributes that are missing, of another type, or not allowed."""
     for name, (kind, meaning, holds) in ATTRIBUTES.items():
@@ -69,7 +64,7 @@ def _check_attributes(given: Mapping[str, Any]) -> None:
             raise TableError(name, problem=f"the attribute is missing ({meaning})")
         # Not isinstance: True is an int, and would be written as another type.
         if type(given[name]) is not kind or not holds(given[name]):
-            raise TableError(name, _value_text(given[name]), meaning)
+            raise TableError(name, value_text(given[name]), meaning)
 
 
 def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
@@ -80,11 +75,11 @@ def _check_names(variables: tuple[str, ...], channels: tuple[str, ...]) -> None:
     ):
         if not given or not set(given) <= set(known) or len(set(given)) < len(given):
             allowed = f"some of {' '.join(known)}, each once"
-            raise TableError(name, _value_text(" ".join(given)), allowed)
+            raise TableError(name, value_text(" ".join(given)), allowed)
     missing = [name for name in channels_for(variables) if name not in channels]
     if missing:
         problem = f"the variables need {' '.join(missing)}, too"
-        raise TableError("channels", _value_text(" ".join(channels)), problem=problem)
+        raise TableError("channels", value_text(" ".join(channels)), problem=problem)
 
 
 def _check_units(path: str, given: Any, known: str) -> None:
@@ -93,7 +88,7 @@ def _check_units(path: str, given: Any, known: str) -> None:
     They do not count in the checksum.
     """
     if given is not None and not (isinstance(given, str) and given == known):
-        raise TableError("units", _value_text(given), repr(known), source=path)
+        raise TableError("units", value_text(given), repr(known), source=path)
 
 
 def _coerced(dataset: Dataset, values: Any) -> Array:
@@ -445,7 +440,7 @@ def _read_attributes(file: h5py.File) -> dict[str, Any]:
         raise TableError("format", problem=problem)
     version = values.get("format_version")
     if not (isinstance(version, list) and [type(v) for v in version] == [int, int]):
-        raise TableError("format_version", _value_text(version), "two integers")
+        raise TableError("format_version", value_text(version), "two integers")
     if version[0] != FORMAT_VERSION[0]:
         given, allowed = f"{version[0]}.{version[1]}", f"{FORMAT_VERSION[0]}.x"
         remedy = "make the table again: tablegen generate"

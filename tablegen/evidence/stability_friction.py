@@ -18,7 +18,9 @@ from tablegen.simulation.direct_impacts import DirectArrays
 #: Static and dynamic coefficients, and restitutions; None is the pair's own law.
 COEFFICIENTS = (
     *((mu, mu) for mu in (0.1, 0.3, 0.6, 1.0, 1.5, 3.0, 10.0, 100.0)),
-    *((0.6, 0.3), (1.5, 1.0), (100.0, 10.0)),
+    (0.6, 0.3),
+    (1.5, 1.0),
+    (100.0, 10.0),
 )
 RESTITUTIONS = (0.0, 0.5, 1.0, None)
 

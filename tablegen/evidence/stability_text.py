@@ -25,13 +25,26 @@ _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
 )
 WORST_HEAD = ("quantity", "worst", "case")
 FRICTION_HEAD = (
-    *("static coefficient", "dynamic", "rebounds", "laws failed", "µs/rebound"),
-    *("most collisions", "gain of energy", "least v+ [V]"),
+    "static coefficient",
+    "dynamic",
+    "rebounds",
+    "laws failed",
+    "µs/rebound",
+    "most collisions",
+    "gain of energy",
+    "least v+ [V]",
 )
 
 CHAIN_HEAD = (
-    *("kind of grains, and walls", "hits", "grains", "µs/rebound", "gain of energy"),
-    *("least v+ [V]", "angle [°]", "energy kept", "spin [V/a]"),
+    "kind of grains, and walls",
+    "hits",
+    "grains",
+    "µs/rebound",
+    "gain of energy",
+    "least v+ [V]",
+    "angle [°]",
+    "energy kept",
+    "spin [V/a]",
 )
 
 CHAIN_LEGEND = (
@@ -80,7 +93,8 @@ def friction_rows(outcomes: Sequence[FrictionOutcome]) -> list[list[str]]:
         rows.append(
             [
                 *(f"{coefficient:g}" for coefficient in coefficients),
-                *(f"{count:,}", f"{failed}"),
+                f"{count:,}",
+                f"{failed}",
                 f"{1e6 * sum(o.cost * o.rebounds for o in members) / count:.1f}",
                 f"{max(o.most_collisions for o in members)}",
                 f"{max(growths):.2g}" if growths else "-",
@@ -99,10 +113,14 @@ def chain_rows(outcomes: Sequence[ChainOutcome]) -> list[list[str]]:
     return [
         [
             one.where,
-            *(f"{one.hits}", f"{one.grains}", f"{1e6 * one.cost:.1f}"),
-            *(text(one.growth, ".2g"), text(one.least_velocity, ".2g")),
+            f"{one.hits}",
+            f"{one.grains}",
+            f"{1e6 * one.cost:.1f}",
+            text(one.growth, ".2g"),
+            text(one.least_velocity, ".2g"),
             text(one.angle_deg[-1] if one.angle_deg else None, ".3g"),
-            *(text(one.energy, ".4f"), text(one.spin, ".3f")),
+            text(one.energy, ".4f"),
+            text(one.spin, ".3f"),
         ]
         for one in outcomes
     ]

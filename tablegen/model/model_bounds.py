@@ -6,11 +6,12 @@ apply in files, flags and functions.
 """
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
-from sampler.errors import InputError, shortened
+from sampler.errors import InputError, value_text
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Bounds:
     def refusal(self, name: str, value: Any) -> InputError:
         """Error for a value that is no number of the range."""
         unit = self.unit if math.isfinite(as_number(value)) else ""
-        return InputError(name, f"{as_text(value)}{unit}", self.words)
+        return InputError(name, f"{argument_text(value)}{unit}", self.words)
 
 
 def as_number(value: Any) -> float:
@@ -57,14 +58,12 @@ def as_number(value: Any) -> float:
         return math.nan
 
 
-def as_text(value: Any) -> str:
-    """Write a value as a short text on one line."""
+def argument_text(value: Any) -> str:
+    """Write the value of an argument: a number in 12 digits, anything else as Python does."""
     if isinstance(value, Real) and not isinstance(value, bool):
-        try:
+        with suppress(OverflowError):
             return f"{float(value):.12g}"
-        except OverflowError:
-            return "a number beyond the largest of 64 bits"
-    return shortened(" ".join(repr(value).split()))
+    return value_text(value)
 
 
 #: Ratios b/a and c/b.

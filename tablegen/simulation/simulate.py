@@ -123,7 +123,7 @@ def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
 def _check_spin(spin: Sequence[float], alpha1: float, sine: float) -> tuple[float, float, float]:
     """Return the spin before an impact; raise `InputError` if it is out of bounds."""
     if np.shape(spin) != (3,):
-        raise InputError("spin", bounds.as_text(spin), "three numbers")
+        raise InputError("spin", bounds.argument_text(spin), "three numbers")
     x, y, z = (bounds.SPIN.checked("spin", part) for part in spin)
     size, most = math.hypot(x, y, z), 0.5 * bounds.MOST_TURNED * sine
     if size > most:
