@@ -87,7 +87,7 @@ def new_figure(width: float, height: float) -> Any:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def settings() -> Any:
+def figure_style() -> Any:
     """Return a context in which figures are drawn and written in the style of this package."""
     import matplotlib
 
@@ -103,7 +103,7 @@ def legend_below(figure: Any, columns: int = 3) -> None:
     figure.legend(handles.values(), handles, loc="outside lower center", ncols=columns)
 
 
-def written(figure: Any, name: str, title: str, alternative: str) -> Picture:
+def make_picture(figure: Any, name: str, title: str, alternative: str) -> Picture:
     """Return a figure as a file in memory; the same figure gives the same bytes."""
     kind = name.rpartition(".")[2]
     buffer = io.BytesIO()

@@ -39,13 +39,13 @@ EVERYTHING = "from tablegen import simulate, validate"
 
 SCRIPT = """
 import contextlib, importlib, io, json, sys
-found, before = {}, set()
+imported, before = {}, set()
 def step(name, action):
     global before
     with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
         action()
     now = {module.partition(".")[0] for module in sys.modules}
-    found[name] = sorted((now - before) & {"click", *%(heavy)r})
+    imported[name] = sorted((now - before) & {"click", *%(heavy)r})
     before = now
 def run(line):
     program, *words = line.split()
@@ -56,7 +56,7 @@ def run(line):
 for line in %(lines)r:
     step(line, lambda: run(line))
 step(%(everything)r, lambda: exec(%(everything)r, {}))
-print(json.dumps(found))
+print(json.dumps(imported))
 """
 
 

@@ -210,7 +210,7 @@ def first_arrivals(
     return Arrivals(velocity, normal, np.zeros((n, 3)), np.zeros(n), index, 0)
 
 
-def follow(
+def follow_grains(
     wall: Wall, arrivals: Arrivals, geometry: str, seed: int, hits: int
 ) -> tuple[FloatArray, Arrivals]:
     """Follow n grains through a number of hits.
@@ -291,9 +291,9 @@ def compare_chain(
     arrivals = first_arrivals(index, alpha1, slow + (fast - slow) * spread[1])
     sides = []
     for law in (wall, DirectModel(config)):
-        early, on = follow(law, arrivals, geometry, seed, _LAST_HIT_OF_ALL)
+        early, on = follow_grains(law, arrivals, geometry, seed, _LAST_HIT_OF_ALL)
         few = on.first(max(round(_SHARE_AFTER * len(index)), 2))
-        late, _ = follow(law, few, geometry, seed, GROUPS[-1][1] - _LAST_HIT_OF_ALL)
+        late, _ = follow_grains(law, few, geometry, seed, GROUPS[-1][1] - _LAST_HIT_OF_ALL)
         sides.append((early, late))
     compared = []
     for first, last in GROUPS:
@@ -306,7 +306,7 @@ def compare_chain(
 
 
 def later_hit(place: str, table: FloatArray, direct: FloatArray) -> LaterHit:
-    """Compare the variables (3, hits, n) of `follow` at a group of hits.
+    """Compare the variables (3, hits, n) of `follow_grains` at a group of hits.
 
     Column i of both sides is the same grain. The head of this module has the formulae.
     """

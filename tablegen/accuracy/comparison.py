@@ -9,7 +9,7 @@ from typing import Any
 
 from sampler.formats.channels import STATE
 from tablegen.accuracy.descriptive import Profile, profile
-from tablegen.accuracy.metrics import Estimate, Settings, estimated
+from tablegen.accuracy.metrics import Estimate, Settings, estimate_metrics
 from tablegen.model.float_array import FloatArray
 
 
@@ -91,7 +91,7 @@ def compare(
     return Comparison(
         alpha_deg=float(alpha_deg),
         speed=float(speed),
-        estimates=estimated(table, direct, Settings(seed)),
+        estimates=estimate_metrics(table, direct, Settings(seed)),
         table=profile(table, variables),
         direct=profile(direct, variables),
         variables=variables,

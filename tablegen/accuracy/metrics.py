@@ -125,7 +125,9 @@ def at_resolution(values: FloatArray, key: int) -> FloatArray:
     return values + RESOLUTION * np.random.default_rng(key).standard_normal(values.shape)
 
 
-def estimated(table: FloatArray, direct: FloatArray, settings: Settings) -> dict[str, Estimate]:
+def estimate_metrics(
+    table: FloatArray, direct: FloatArray, settings: Settings
+) -> dict[str, Estimate]:
     """Estimate all metrics of two samples (n, d) and (m, d), blurred by `at_resolution`.
 
     Returns the estimates by the names of `tablegen.config.metric_table.METRICS`.
@@ -228,7 +230,7 @@ def sliced_wasserstein(a: FloatArray, b: FloatArray, settings: Settings) -> Esti
     value = noise = 0.0
     per_state = 1.0 / len(a) + 1.0 / len(b)
     for direction in unit_directions(count, a.shape[1], settings.seed) / scale:
-        bin_a, bin_b, width = _binned(a @ direction, b @ direction)
+        bin_a, bin_b, width = _bin_numbers(a @ direction, b @ direction)
         below = _cumulative(bin_b)
         gap = _cumulative(bin_a) - below
         value += width * float(np.abs(gap).sum())
@@ -260,7 +262,7 @@ def unit_directions(count: int, dimension: int, seed: int) -> FloatArray:
     return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
-def _binned(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+def _bin_numbers(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray, float]:
     """Return the number of the bin of each value, for both samples, and the width of a bin."""
     low, high = min(a.min(), b.min()), max(a.max(), b.max())
     width = max(float(high - low), 1e-300) / _BINS

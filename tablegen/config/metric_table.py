@@ -151,6 +151,13 @@ def worst_stored(datasets: Mapping[str, Any], group: str = "accuracy") -> dict[s
     return {k: float(v.max()) for k, v in stored.items() if v is not None and v.size}
 
 
+def worst_share(distances: Mapping[str, float], allowed: Mapping[str, float]) -> tuple[float, str]:
+    """Find the largest distance in units of what is allowed, and the name of its metric."""
+    return max(
+        (METRICS[name].share(distance, allowed[name]), name) for name, distance in distances.items()
+    )
+
+
 def errors_text(values: Mapping[str, float]) -> str:
     """Write distances by metric on one line."""
     return ", ".join(f"{METRICS[n].short} {METRICS[n].text(v)}" for n, v in values.items())

@@ -24,10 +24,10 @@ from tablegen.presentation import (
     SYMBOLS,
     TABLE_COLOUR,
     Picture,
+    figure_style,
     legend_below,
+    make_picture,
     new_figure,
-    settings,
-    written,
 )
 
 #: Figures against the impact angle: number, title, and the quantities of both panels.
@@ -90,7 +90,7 @@ _TO_SEE = {
 
 def paper_pictures(statistics: FigureStatistics) -> list[Picture]:
     """Draw every figure, in the order of their numbers."""
-    with settings():
+    with figure_style():
         pictures = [
             *(_curve_figure(statistics, *entry) for entry in _CURVES),
             *(_density_figure(statistics, *entry) for entry in _DENSITIES),
@@ -118,7 +118,7 @@ def _numbered(
         title = f"{title} {_TO_SEE[number]}"
     if number in _SPINS:
         title = f"{title} {_SPIN_WORDS}"
-    return written(figure, f"figure-{number:02d}.{kind}", title, alternative)
+    return make_picture(figure, f"figure-{number:02d}.{kind}", title, alternative)
 
 
 def _curve_figure(

@@ -15,10 +15,10 @@ from tablegen.presentation import (
     ANGLE_LABEL,
     SYMBOLS,
     Picture,
+    figure_style,
     legend_below,
+    make_picture,
     new_figure,
-    settings,
-    written,
 )
 
 #: Families of methods in the order of a legend: colour of Okabe and Ito, and marker.
@@ -45,7 +45,7 @@ def errors_picture(race: Benchmark, name: str, metrics: Sequence[str] = tuple(ME
     """Draw errors of all methods at one condition against the time of a draw, both logarithmic."""
     condition = f"{race.alpha_deg:g}° and {race.speed:g} m/s"
     families = {runner.family for runner in race.runners}
-    with settings():
+    with figure_style():
         rows = (len(metrics) + 1) // 2
         figure = new_figure(9.0, 1.4 + 3.6 * rows)
         for axes, metric in zip(figure.subplots(rows, 2).flat, metrics, strict=False):
@@ -68,7 +68,7 @@ def errors_picture(race: Benchmark, name: str, metrics: Sequence[str] = tuple(ME
             f"Error against {_TIME} at {condition}. Look to the lower left: small errors in a "
             "short time. No method can be seen to be better than the grey noise."
         )
-        return written(figure, name, title, alternative)
+        return make_picture(figure, name, title, alternative)
 
 
 def _draw_errors(axes: Any, race: Benchmark, metric: str) -> None:
@@ -129,7 +129,7 @@ def map_picture(
     shape, angles = (len(atlas.alpha_deg), len(atlas.speed)), (0.5, 5, 15, 30, 50, 70, 90)
     if len(atlas.speed) == 1:
         return _one_speed_picture(atlas, stored, declared)
-    with settings():
+    with figure_style():
         figure = new_figure(10.0, 7.0)
         for axes, (metric, allowed) in zip(
             figure.subplots(2, 2).flat, declared.items(), strict=True
@@ -149,7 +149,7 @@ def map_picture(
             axes.grid(visible=False)
             axes.set_title(f"{METRICS[metric].short}, declared: {allowed:g}")
             figure.colorbar(mesh, ax=axes)
-        return written(
+        return make_picture(
             figure,
             "map.svg",
             f"Distance of the table from direct simulation. Cells: this run, {atlas.samples:,} "
@@ -171,7 +171,7 @@ def _one_speed_picture(
     atlas: AccuracyMap, stored: Mapping[str, FloatArray], declared: Mapping[str, float]
 ) -> Picture:
     """Draw distances over the angle, of a table that has one speed."""
-    with settings():
+    with figure_style():
         figure = new_figure(10.0, 6.4)
         for axes, (metric, allowed) in zip(
             figure.subplots(2, 2).flat, declared.items(), strict=True
@@ -185,7 +185,7 @@ def _one_speed_picture(
             axes.set(xlabel=ANGLE_LABEL, ylabel=METRICS[metric].short, xticks=range(0, 91, 15))
             axes.set_ylim(bottom=least)
         legend_below(figure)
-        return written(
+        return make_picture(
             figure,
             "map.svg",
             f"Distance of the table from direct simulation, {atlas.samples:,} states a side. The "
@@ -201,7 +201,7 @@ def view_picture(drawn: FloatArray, direct: FloatArray, place: str, name: str) -
     low, high = np.quantile(direct, (2.0 * _OUTSIDE, 1.0 - 2.0 * _OUTSIDE), axis=0)
     high = np.maximum(high, low + 1e-6)
     beyond = judged = 0
-    with settings():
+    with figure_style():
         figure = new_figure(11.0, 10.5)
         panels = figure.subplots(6, 6, sharex="col")
         for i, j in product(range(6), repeat=2):
@@ -237,7 +237,7 @@ def view_picture(drawn: FloatArray, direct: FloatArray, place: str, name: str) -
             f"cells with 20 states or more are beyond 3, {0.0027 * judged:.0f} expected by chance."
         )
         alternative = "Six by six plots of the variables of a state and of all pairs of them."
-        return written(figure, name, title, alternative)
+        return make_picture(figure, name, title, alternative)
 
 
 class Line(NamedTuple):
@@ -256,7 +256,7 @@ def angles_picture(
 
     Both axes are logarithmic.
     """
-    with settings():
+    with figure_style():
         figure = new_figure(10.0, 4.8)
         columns = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
         for axes, (words, lines) in zip(columns, panels.items(), strict=True):
@@ -268,7 +268,7 @@ def angles_picture(
             axes.set_title(words, loc="left")
         columns[0].set_ylabel("median angle to the wall at which grains leave [°]")
         legend_below(figure, columns=4)
-        return written(figure, name, title, alternative)
+        return make_picture(figure, name, title, alternative)
 
 
 class Source(NamedTuple):
@@ -307,7 +307,7 @@ def joint_picture(sources: Sequence[Source], name: str, title: str, alternative:
     u, v = window(sources[0].state)
     # the square root lets thin parts be seen next to the peak
     scale = PowerNorm(0.5, vmin=0.0, vmax=joint_density(sources[0].state, u, v).max())
-    with settings():
+    with figure_style():
         height = 1.2 + 2.7 * (v[-1] - v[0]) / (u[-1] - u[0])
         figure = new_figure(2.9 * len(sources) + 1.3, height)
         columns = figure.subplots(1, len(sources), sharey=True, squeeze=False)[0]
@@ -323,4 +323,4 @@ def joint_picture(sources: Sequence[Source], name: str, title: str, alternative:
         columns[0].set_ylabel(SYMBOLS["v"])
         figure.colorbar(mesh, ax=columns, label="density")
         figure.suptitle(title, fontsize=12)
-        return written(figure, name, title, alternative)
+        return make_picture(figure, name, title, alternative)

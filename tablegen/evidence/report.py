@@ -22,12 +22,12 @@ from tablegen.accuracy.chains import (
     Wall,
     chain_comparisons,
     first_arrivals,
-    follow,
+    follow_grains,
     kinds_of_grains,
 )
 from tablegen.accuracy.comparison import Measured
 from tablegen.accuracy.judgement import Judged, judge
-from tablegen.accuracy.metrics import Settings, estimated
+from tablegen.accuracy.metrics import Settings, estimate_metrics
 from tablegen.config.config import Config, stored_config
 from tablegen.evidence.benchmark import (
     QUICK,
@@ -223,7 +223,7 @@ def make_accuracy_map(
         alpha1, index = np.radians(a), np.arange(count)
         direct = simulate(config, alpha1, v, count, seed=keys[0], threads=1).state
         drawn = table.sample(alpha1, v, seed=keys[1], index=index, threads=1)
-        return Measured(a, v, estimated(drawn, direct, settings))
+        return Measured(a, v, estimate_metrics(drawn, direct, settings))
 
     with bar(progress, total=len(conditions), desc="accuracy map") as counted:
         points = in_threads(measured, range(len(conditions)), counted.update)
@@ -279,7 +279,7 @@ def measure_spinning(
         ]
     index = np.arange(budget.timed, dtype=np.uint64)
     first = first_arrivals(index, _TIMED_ANGLE, _TIMED_SPEED)
-    _, arrivals = follow(walls["direct simulation"], first, "any", seed, _TIMED_HIT - 1)
+    _, arrivals = follow_grains(walls["direct simulation"], first, "any", seed, _TIMED_HIT - 1)
     ways = []
     for name, of_way in compared.items():
         cost = best_seconds(partial(arrivals.rebound, walls[name], seed), 5) / len(index)

@@ -12,10 +12,9 @@ from sampler.formats.hdf5 import TableContents, read_table
 from sampler.table import Table
 from tablegen.accuracy.accuracy_text import verdict_words
 from tablegen.accuracy.chains import GEOMETRY_WORDS, GROUPS
-from tablegen.accuracy.comparison import Measured
 from tablegen.accuracy.judgement import Judged, judge
 from tablegen.config.config import Config, stored_config
-from tablegen.config.metric_table import CHAINS, METRICS
+from tablegen.config.metric_table import CHAINS, METRICS, worst_share
 from tablegen.evidence import plots
 from tablegen.evidence.benchmark import BatchMean, Benchmark, batch_seed
 from tablegen.evidence.page import Block, Headline, Section, render_page
@@ -53,18 +52,11 @@ def method_rows(race: Benchmark) -> list[list[str]]:
     return rows
 
 
-def worst_share(point: Measured, declared: Mapping[str, float]) -> tuple[float, str]:
-    """Find the largest distance in units of the declared one, and its metric."""
-    return max(
-        (METRICS[name].share(point.estimates[name].value, most), name)
-        for name, most in declared.items()
-    )
-
-
 def map_rows(report: Report, declared: Mapping[str, float]) -> list[list[str]]:
     """Cells of the accuracy map, those nearest to the declared accuracy first; then its limits."""
     points = report.atlas.points
-    ranked = sorted((*worst_share(point, declared), k) for k, point in enumerate(points))
+    distances = [{name: e.value for name, e in point.estimates.items()} for point in points]
+    ranked = sorted((*worst_share(values, declared), k) for k, values in enumerate(distances))
     rows = []
     for share, name, k in reversed(ranked):
         point = points[k]

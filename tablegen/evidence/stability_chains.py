@@ -19,7 +19,7 @@ from tablegen.accuracy.chains import (
     HALF_SIZE,
     Arrivals,
     first_arrivals,
-    follow,
+    follow_grains,
     kinds_of_grains,
 )
 from tablegen.config.config import Config
@@ -139,7 +139,7 @@ def outcome_of(
     wall, (kind, geometry) = _CheckedWall(model), names
     left, finished = None, True
     try:
-        left, _ = follow(wall, arrivals, geometry, seed, hits)
+        left, _ = follow_grains(wall, arrivals, geometry, seed, hits)
     except RuntimeError:
         finished = False
     known = np.isfinite(wall.growth)

@@ -41,12 +41,12 @@ from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
     Impacts,
-    depart,
     energy_factor,
     first_impacts,
-    joined_impacts,
+    join_impacts,
     next_impacts,
-    possible,
+    raise_to_limits,
+    simulate_departures,
 )
 
 #: Angles [degrees] that a spin law covers, whatever the angles of first impacts are: grains leave a
@@ -244,7 +244,7 @@ def chain_impacts(
     any_wall = rng.random(count) < _ANY_WALL_SHARE
     inertia_after_first, impacts_by_hit = np.zeros(count), []
     for hit in range(1, hits):
-        departures = depart(model, impacts, seed(hit), threads=1)
+        departures = simulate_departures(model, impacts, seed(hit), threads=1)
         if hit == 1:
             inertia_after_first = departures.inertia
         impacts = next_impacts(departures, any_wall, rng.random((count, 2)))
@@ -254,7 +254,7 @@ def chain_impacts(
         impacts = impacts._replace(alpha1=alpha)
         impacts = _at_speed(impacts, impacts.spin, impacts.inertia, effective, domain)
         impacts_by_hit.append(impacts)
-    return joined_impacts(impacts_by_hit), inertia_after_first
+    return join_impacts(impacts_by_hit), inertia_after_first
 
 
 def _at_speed(
@@ -265,7 +265,7 @@ def _at_speed(
     spin = spin * np.minimum(1.0, SPIN_RANGE[1] / np.maximum(size, 1e-300))[:, None]
     factor = energy_factor(spin, inertia)
     speed = np.minimum(np.minimum(effective, domain.effective[1]) / factor, domain.speed[1])
-    return possible(impacts._replace(spin=spin, inertia=inertia, speed=speed))
+    return raise_to_limits(impacts._replace(spin=spin, inertia=inertia, speed=speed))
 
 
 def neighbouring_impacts(
@@ -339,7 +339,7 @@ def spinning_impacts(
     near = neighbouring_impacts(to_change, domain, moments, rng)
     grains = draw_grains(population, shape_code, count - math.floor(from_chains), rng)
     moments = grain_moments(population, shape_code, grains[:, 1:])
-    impacts = joined_impacts([occurring, near, spread_impacts(domain, grains, moments, rng)])
+    impacts = join_impacts([occurring, near, spread_impacts(domain, grains, moments, rng)])
     index = np.arange(len(impacts.index), dtype=np.uint64)
     return impacts._replace(index=index, hit=np.ones(len(index), dtype=np.uint32)), kappa
 
@@ -371,8 +371,8 @@ def _occurring_impacts(
 
     early, kappa = simulate_chains(0.5 * count, _SHORT_CHAIN, 0)
     late, _ = simulate_chains(0.5 * count, _LONG_CHAIN, _SHORT_CHAIN)
-    impacts = joined_impacts([early, late])
+    impacts = join_impacts([early, late])
     spins = (impacts.inertia > 0.0) & (np.square(impacts.spin).sum(axis=1) > 0.0)
     rows = rng.permutation(np.flatnonzero(spins))
     near = math.floor(len(rows) * _NEIGHBOUR_SHARE / (_CHAIN_SHARE + _NEIGHBOUR_SHARE))
-    return impacts.of(rows[near:]), impacts.of(rows[:near]), kappa
+    return impacts.select(rows[near:]), impacts.select(rows[:near]), kappa

@@ -49,7 +49,7 @@ from tablegen.fitting.spin_coordinates import (
 from tablegen.fitting.tree import Tree, grow_tree, join_trees
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import Impacts, depart, energy_factor
+from tablegen.simulation.impact_chains import Impacts, energy_factor, simulate_departures
 
 #: Speed coordinates to choose from if the restitution does not fall exponentially with a power of
 #: the speed: exponents, and parts of the largest V_e at which the coordinate is 1/2. The first pair
@@ -373,7 +373,7 @@ def _block_of_rebounds(
     inputs = reflect(
         impact_inputs(impacts, moments, speed_coordinate(config)), is_reflected, INPUT_SIGNS
     )
-    departures = depart(model, impacts, seed, threads=1)
+    departures = simulate_departures(model, impacts, seed, threads=1)
     energy = energy_factor(impacts.spin, impacts.inertia) ** 2
     inertia = np.where(departures.inertia > 0.0, departures.inertia, moments.largest)
     outcomes = np.column_stack(

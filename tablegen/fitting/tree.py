@@ -27,10 +27,10 @@ _MARGIN = 0.03
 
 #: Cuts of a leaf are compared with this number of its conditions. A leaf with fewer conditions than
 #: the second number is not cut.
-_COMPARED, _LEAST = 4000, 200
+_COMPARED_CONDITIONS, _LEAST_CONDITIONS = 4000, 200
 
-#: A cut with the gain g is worth n^_POWER g in a leaf of n conditions.
-_POWER = 0.8
+#: A cut with the gain g is worth n^_WORTH_POWER g in a leaf of n conditions.
+_WORTH_POWER = 0.8
 
 #: Regularisation of the regressions, and of the variances that they leave.
 _RIDGE = 1e-3
@@ -85,7 +85,7 @@ def grow_tree(
     outcomes : callable
         Simulates one rebound at each of the conditions with row numbers (m,), and returns the
         outcomes (m, d). It is called only for conditions with which cuts are compared.
-    wanted : int
+    leaf_count : int
         Number of leaves. There are fewer if too many conditions are equal, or too few in all.
     rng : numpy.random.Generator
 
@@ -134,10 +134,10 @@ def _best_cut(
     """
     rows = leaf.rows[leaf.inside]
     size = len(rows)
-    if size < _LEAST:
+    if size < _LEAST_CONDITIONS:
         return None
-    if size > _COMPARED:
-        rows = rng.choice(rows, _COMPARED, replace=False)
+    if size > _COMPARED_CONDITIONS:
+        rows = rng.choice(rows, _COMPARED_CONDITIONS, replace=False)
     x = inputs[rows].astype(np.float64)
     scores = normal_scores(outcomes(rows))
     whole, best = _residual_spread(x, scores), None
@@ -149,7 +149,7 @@ def _best_cut(
             continue
         halves = share * _residual_spread(x[above], scores[above])
         halves += (1.0 - share) * _residual_spread(x[~above], scores[~above])
-        worth = size**_POWER * max(whole - halves, 1e-9)
+        worth = size**_WORTH_POWER * max(whole - halves, 1e-9)
         if best is None or worth > best.worth:
             low, high = np.quantile(x[:, column], [0.05, 0.95])
             best = _Cut(column, value, _MARGIN * float(high - low), worth)

@@ -305,7 +305,9 @@ def comparison_tree(comparison: MeasuredComparison) -> dict[str, Any]:
             "source": data.source[row],
             "remarks": data.remarks[row],
             **{
-                name: {part: _agreement_at(of[name], row) for part, of in parts.items()}
+                name: {
+                    part: _agreement_at(agreements[name], row) for part, agreements in parts.items()
+                }
                 for name in comparison.means
             },
         }

@@ -43,7 +43,7 @@ class SimulatedMoments:
     std_error: Mapping[str, FloatArray]
 
     @classmethod
-    def of_rows(cls, rows: Sequence[FloatArray]) -> "SimulatedMoments":
+    def from_rows(cls, rows: Sequence[FloatArray]) -> "SimulatedMoments":
         """Put together the `mixed_moments` of n rows."""
         stacked = np.array(rows)
         return cls(*(dict(zip(QUANTITIES, part.T, strict=True)) for part in stacked.swapaxes(0, 1)))
@@ -58,24 +58,26 @@ def mixed_moments(
     1, at an impact angle in degrees.
     """
 
-    def averaged(of: Callable[[FloatArray], FloatArray]) -> FloatArray:
-        total = sum(w * of(x).mean(axis=0) for w, x in zip(shares, parts, strict=True))
+    def average(function: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        total = sum(w * function(x).mean(axis=0) for w, x in zip(shares, parts, strict=True))
         return np.asarray(total)
 
-    def chance(of: Callable[[FloatArray], FloatArray]) -> FloatArray:
-        each = (w**2 * of(x).var(axis=0) / len(x) for w, x in zip(shares, parts, strict=True))
-        return np.asarray(np.sqrt(sum(each)))
+    def chance_error(function: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        variances = (
+            w**2 * function(x).var(axis=0) / len(x) for w, x in zip(shares, parts, strict=True)
+        )
+        return np.asarray(np.sqrt(sum(variances)))
 
-    mean = averaged(np.asarray)
-    std = np.sqrt(averaged(lambda x: (x - mean) ** 2))
+    mean = average(np.asarray)
+    std = np.sqrt(average(lambda x: (x - mean) ** 2))
     # the error of the mean does not contribute: at the mean the spread is least
-    std_error = 0.5 * chance(lambda x: (x - mean) ** 2) / np.where(std > 0.0, std, np.inf)
-    moments = np.array([mean, std, chance(np.asarray), std_error])[:, _ORDER]
+    std_error = 0.5 * chance_error(lambda x: (x - mean) ** 2) / np.where(std > 0.0, std, np.inf)
+    moments = np.array([mean, std, chance_error(np.asarray), std_error])[:, _ORDER]
     alpha, (u, v), names = np.radians(alpha_deg), mean[[_U, _V]], list(QUANTITIES)
     moments[:, names.index("e_n")] /= np.sin(alpha)
     moments[:, names.index("e_t")] /= np.cos(alpha) if alpha_deg < 90.0 else np.nan
     # the angle of the mean velocity errs by what is across it
-    across = chance(lambda x: u * x[:, _V] - v * x[:, _U]) / (u**2 + v**2)
+    across = chance_error(lambda x: u * x[:, _V] - v * x[:, _U]) / (u**2 + v**2)
     angle = [np.arctan2(v, u), across]
     moments[[0, 2], names.index("rebound_angle_deg")] = np.degrees(angle)
     return moments

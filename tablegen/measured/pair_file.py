@@ -157,9 +157,9 @@ def _domain(start: Config, fitted: MaterialPair, used: Measurements, speeds: Flo
     return domain
 
 
-def with_comments(made: Calibration, data: Measurements, seed: int) -> Config:
+def with_comments(calibration: Calibration, data: Measurements, seed: int) -> Config:
     """Put comments about a fit at the head of its pair."""
-    fit = made.chosen
+    fit = calibration.chosen
     sections = [
         _wrapped(f"Fitted to measured rebounds: {data.about.get('title', data.name)}."),
         _wrapped(
@@ -167,12 +167,12 @@ def with_comments(made: Calibration, data: Measurements, seed: int) -> Config:
             f"{data.name}.csv; grains: {fit.grains}; seed {seed}. The laws are the smoothest that "
             "hold the means."
         ),
-        [line for verdict in fit_lines(made) for line in _wrapped(verdict, "  ")],
+        [line for verdict in fit_lines(calibration) for line in _wrapped(verdict, "  ")],
         ["Fitted numbers, with standard errors:", *_indented(_parameters(fit))],
         ["Measured and simulated numbers:", *_indented(_rows(fit.numbers))],
     ]
     comments = "\n#\n".join("\n".join(f"# {line}".rstrip() for line in lines) for lines in sections)
-    return parse_config(f"{comments}\n\n{made.config.text}", made.config.name)
+    return parse_config(f"{comments}\n\n{calibration.config.text}", calibration.config.name)
 
 
 def _wrapped(text: str, indent: str = "") -> list[str]:

@@ -15,10 +15,10 @@ from tablegen.presentation import (
     ANGLE_LABEL,
     COLOURS,
     Picture,
+    figure_style,
     legend_below,
+    make_picture,
     new_figure,
-    settings,
-    written,
 )
 
 #: Colours of speeds. There are no more speeds than colours, because near ones are drawn as one.
@@ -88,7 +88,7 @@ def _picture(
     columns = _columns(numbers, laws=config is not None)
     height = max(len(column) for column in columns)
     looks = _looks(numbers)
-    with settings():
+    with figure_style():
         figure = new_figure(0.4 + _WIDTH * len(columns), _MARGIN + _HEIGHT * height)
         panels = figure.subplots(height, len(columns), squeeze=False)
         for column, stack in zip(columns, panels.T, strict=True):
@@ -108,7 +108,7 @@ def _picture(
         figure.suptitle(title + _words_of_bars(numbers), fontsize=11)
         contents = ", ".join(content for column in columns for content in column)
         alternative = f"Measured and simulated numbers against the impact angle: {contents}."
-        return written(figure, name, title, alternative)
+        return make_picture(figure, name, title, alternative)
 
 
 def _columns(numbers: Sequence[ComparedNumber], laws: bool) -> list[list[str]]:

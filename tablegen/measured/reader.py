@@ -121,14 +121,14 @@ def parse_measurements(text: str, name: str, file: str) -> Measurements:
     numbers = [_numbers_of_row(row) for row in rows]
     _check_degrees(rows, numbers)
     _check_unique(rows, numbers)
-    of = {column: np.array([values[column] for values in numbers]) for column in NUMBERS}
+    arrays = {column: np.array([values[column] for values in numbers]) for column in NUMBERS}
     texts = {column: tuple(row.cell(column) for row in rows) for column in TEXTS}
     return Measurements(
         name=name,
-        alpha_deg=of["alpha_deg"],
-        speed=of["speed"],
-        moments={q: Moments(of[q], of[q + SPREAD]) for q in QUANTITIES},
-        count=of["count"],
+        alpha_deg=arrays["alpha_deg"],
+        speed=arrays["speed"],
+        moments={q: Moments(arrays[q], arrays[q + SPREAD]) for q in QUANTITIES},
+        count=arrays["count"],
         source=texts["source"],
         remarks=texts["remarks"],
         about=commented_fields(text),

@@ -54,25 +54,26 @@ class SimulatedRows:
         """Simulate means and spreads, with ``count`` particles of each shape at each row."""
         as_integer("count", count, 2, 2**32 - 1, "2 to 2**32 - 1")
         workers = check_run(count, self._seed, 0, self._threads)
-        each, numbers = count * len(self._shapes), range(len(self._alpha))
-        total = each * len(numbers)
+        rebounds_of_row = count * len(self._shapes)
+        total = rebounds_of_row * len(self._alpha)
         with bar(progress, "rebound", total=total, unit_scale=True, desc="simulating") as counted:
             rows = in_threads(
-                lambda row: self._row(row, count),
-                numbers,
-                lambda finished: counted.update(finished * each),
+                lambda row: self._row_moments(row, count),
+                range(len(self._alpha)),
+                lambda finished: counted.update(finished * rebounds_of_row),
                 workers,
             )
-        return SimulatedMoments.of_rows(rows)
+        return SimulatedMoments.from_rows(rows)
 
-    def _row(self, row: int, count: int) -> FloatArray:
+    def _row_moments(self, row: int, count: int) -> FloatArray:
         """Simulate the moments at a row."""
-        parts = [self._variables(row, shape, count) for shape in range(len(self._shapes))]
+        parts = [self._simulate_variables(row, shape, count) for shape in range(len(self._shapes))]
         shares = [stratum.share for stratum in self._shapes]
         return mixed_moments(parts, shares, float(self._alpha_deg[row]))
 
-    def _variables(self, row: int, shape: int, count: int) -> FloatArray:
+    def _simulate_variables(self, row: int, shape: int, count: int) -> FloatArray:
         """Simulate the variables (count, 5) of a shape at a row."""
+        # each row and shape has indices of its own, whatever the other rows and shapes are
         first = (self._shapes[shape].code << 48) + (row << 32)
         index = np.arange(first, first + count, dtype=np.uint64)
         keys: dict[str, Any] = {"seed": self._seed, "index": index, "threads": 1}

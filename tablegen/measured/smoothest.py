@@ -183,11 +183,12 @@ def bootstrapped(
     A refit is one step from the solution with its slopes; ``rows`` (m,) are those of the means.
     """
     penalty, rng = Penalty(numbers), np.random.default_rng(seed)
-    names, of = np.unique(rows, return_inverse=True)
+    measured_rows, row_of_mean = np.unique(rows, return_inverse=True)
     refits = []
     for _ in range(_SAMPLES):
-        times = rng.multinomial(names.size, np.full(names.size, 1.0 / names.size))
-        root = np.sqrt(times[of])
+        count = measured_rows.size
+        times = rng.multinomial(count, np.full(count, 1.0 / count))
+        root = np.sqrt(times[row_of_mean])
         slopes = root[:, None] * solution.slopes
         step = penalty.step(solution.x, root * solution.misses, slopes, solution.weight)
         refits.append(penalty.clipped(solution.x + step))

@@ -25,7 +25,7 @@ from tablegen.model.random_particles import OWN_GRAIN, draw_grains
 from tablegen.simulation.failures import unfinished_error
 
 #: An array of float64, or None where it is not given.
-Given = Any
+OptionalArray = Any
 
 #: Hit whose random numbers make the grains that particles keep.
 OWN = np.full(1, OWN_GRAIN)
@@ -99,22 +99,22 @@ class DirectImpacts(NamedTuple):
     #: Hits whose random numbers draw the grains; empty if the grains are given.
     grain_hits: NDArray[np.uint32]
     #: (n, 3): shape code, b/a and c/b.
-    grain: Given = None
+    grain: OptionalArray = None
     #: (n,): inertia about the spin over m a^2; 0 if it is not known.
-    inertia: Given = None
+    inertia: OptionalArray = None
     #: Frame of the wall: angle [rad], speed [m/s], and spin times a/V.
-    alpha1: Given = None
-    speed: Given = None
-    spin: Given = None
+    alpha1: OptionalArray = None
+    speed: OptionalArray = None
+    spin: OptionalArray = None
     #: Lab frame, SI; the normal points into the gas and has any length but zero.
-    velocity: Given = None
-    normal: Given = None
-    half_size: Given = None
-    wall_velocity: Given = None
-    omega: Given = None
+    velocity: OptionalArray = None
+    normal: OptionalArray = None
+    half_size: OptionalArray = None
+    wall_velocity: OptionalArray = None
+    omega: OptionalArray = None
     #: Standard deviations of the tilt of facets [rad], in the plane of incidence and across it.
-    roughness: Given = None
-    across: Given = None
+    roughness: OptionalArray = None
+    across: OptionalArray = None
 
     @classmethod
     def from_call(cls, call: Call) -> "DirectImpacts":

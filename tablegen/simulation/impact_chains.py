@@ -41,7 +41,7 @@ class Impacts(NamedTuple):
     index: NDArray[np.uint64]  # type: ignore[assignment]  # hides tuple.index
     hit: NDArray[np.uint32]
 
-    def of(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Impacts":
+    def select(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Impacts":
         """Select some of the particles."""
         return Impacts._make(array[rows] for array in self)
 
@@ -68,7 +68,7 @@ def energy_factor(spin: FloatArray, inertia: FloatArray) -> FloatArray:
     return np.sqrt(1.0 + inertia * np.square(spin).sum(axis=1))
 
 
-def depart(
+def simulate_departures(
     model: DirectModel, impacts: Impacts, seed: int, threads: int | None = None
 ) -> Departures:
     """Simulate impacts of given grains directly."""
@@ -161,14 +161,14 @@ def _frame(direction: FloatArray, normal: FloatArray) -> FloatArray:
     return np.stack([along, normal, np.cross(along, normal)], axis=1)
 
 
-def possible(impacts: Impacts) -> Impacts:
+def raise_to_limits(impacts: Impacts) -> Impacts:
     """Raise angles and speeds to the least that the direct model simulates."""
     steepest = _TURNED * np.sqrt(np.sum(impacts.spin**2, axis=1))
     alpha = np.minimum(np.maximum(impacts.alpha1, steepest), 0.5 * np.pi)
     return impacts._replace(alpha1=alpha, speed=np.maximum(impacts.speed, _LEAST_SPEED))
 
 
-def joined_impacts(parts: list[Impacts]) -> Impacts:
+def join_impacts(parts: list[Impacts]) -> Impacts:
     """Put impacts one after another."""
     return Impacts._make(map(np.concatenate, zip(*parts, strict=True)))
 

@@ -22,7 +22,7 @@ _BELOW_ONE = 1.0 - 2.0**-24
 _ABOVE_ZERO = 2.0**-100
 
 #: Ranges to which channels are clipped.
-_KEPT = {
+_CHANNEL_RANGES = {
     "v": (_ABOVE_ZERO, _BELOW_ONE),
     "u_hat": (-_BELOW_ONE, _BELOW_ONE),
     "w_hat": (-_BELOW_ONE, _BELOW_ONE),
@@ -56,8 +56,8 @@ def simulated_channels(
         columns["energy_hat"] = simulation.energy[:, 1] / (1.0 - moving)
     if "normal_hat" in channels:
         columns |= _shares_after_works(simulation)
-    for name in columns.keys() & _KEPT.keys():
-        columns[name] = np.clip(columns[name], *_KEPT[name])
+    for name in columns.keys() & _CHANNEL_RANGES.keys():
+        columns[name] = np.clip(columns[name], *_CHANNEL_RANGES[name])
     if "collisions" in channels:
         # away from both ends of [N, N + 1), to which single precision would round
         columns["collisions"] = simulation.collisions + rng.uniform(0.01, 0.99, len(state))

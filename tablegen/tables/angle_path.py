@@ -44,20 +44,20 @@ def path_index(config: Config, nodes: FloatArray) -> tuple[FloatArray, FloatArra
     """
     angles, index = [nodes[:1]], [np.zeros(1)]
     for k, (low, high) in enumerate(pairwise(nodes.tolist())):
-        steps, share = _cell(config, low, high)
+        steps, share = _divide_cell(config, low, high)
         angles.append(steps[1:])
         index.append(k + share[1:])
     return np.concatenate(angles), np.concatenate(index)
 
 
 @lru_cache(maxsize=4096)
-def _cell(config: Config, low: float, high: float) -> tuple[FloatArray, FloatArray]:
+def _divide_cell(config: Config, low: float, high: float) -> tuple[FloatArray, FloatArray]:
     """Divide a cell into steps; returns their ends [degrees] and the shares of the path there."""
     first, last = math.sqrt(low), math.sqrt(high)
     count = math.ceil((last - first) / _STEP)
     steps = np.linspace(first, last, count + 1) ** 2
     steps[0], steps[-1] = low, high
-    lengths = _lengths(config, steps) if count > 1 else np.ones(1)
+    lengths = _step_lengths(config, steps) if count > 1 else np.ones(1)
     whole = lengths.sum()
     shares = lengths / whole if whole > 0.0 else np.full(count, 1.0 / count)
     ends = np.cumsum([0.0, *((1.0 - _EQUAL) * shares + _EQUAL / count)])
@@ -65,14 +65,14 @@ def _cell(config: Config, low: float, high: float) -> tuple[FloatArray, FloatArr
     return steps, ends
 
 
-def _lengths(config: Config, steps: FloatArray) -> FloatArray:
+def _step_lengths(config: Config, steps: FloatArray) -> FloatArray:
     """Measure the path of the means of a plane rebound, step by step.
 
     Changes are over the spread of a variable in the cell, at the slowest and the fastest speed.
     """
     squares = np.zeros(len(steps) - 1)
     for speed in dict.fromkeys(config.domain.speed):
-        states = [_simulated(config, angle, speed) for angle in steps]
+        states = [_simulate_plane_rebounds(config, angle, speed) for angle in steps]
         means = np.array([state.mean(axis=0) for state in states])
         spread = np.mean([state.std(axis=0) for state in states], axis=0)
         changes = np.diff(means, axis=0) / np.maximum(spread, _LEAST_SPREAD)
@@ -80,7 +80,8 @@ def _lengths(config: Config, steps: FloatArray) -> FloatArray:
     return np.sqrt(squares)
 
 
-def _simulated(config: Config, alpha_deg: float, speed: float) -> FloatArray:
+def _simulate_plane_rebounds(config: Config, alpha_deg: float, speed: float) -> FloatArray:
+    """Simulate rebounds, and return their variables u, v and omega_z."""
     alpha1, seed = np.radians(min(alpha_deg, STEEPEST_DEG)), config.table.seed
     simulation = simulate(config, alpha1, speed, _PARTICLES, seed=seed, stream=_STREAM, threads=1)
     return simulated_variables(simulation, PLANE)

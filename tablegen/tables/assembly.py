@@ -23,7 +23,7 @@ from tablegen.fitting.node import NodeArrays, fitted_channels
 from tablegen.tables.axes import Axes
 
 
-def _stack(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
+def _stack_nodes(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]:
     """Stack node arrays, with the two node dimensions in front."""
     grid = (len(axes.alpha_deg), len(axes.speed))
 
@@ -89,7 +89,7 @@ def assemble(
         "axes/alpha_coordinate": axes.alpha_coordinate,
         "axes/speed_coordinate": axes.speed_coordinate,
         "marginals/variate_knots": variate_knots(nodes[0].quantiles.shape[-1]),
-        **_stack(nodes, axes),
+        **_stack_nodes(nodes, axes),
         **accuracy_datasets([], len(config.domain.columns)),
         **({**spin_law, **spin_accuracy_datasets()} if spin_law else {}),
     }

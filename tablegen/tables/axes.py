@@ -42,10 +42,10 @@ _SPEED_STEP = 0.75
 
 #: Most new nodes over the intervals of the first grid, of angles and of speeds; and in a grid of
 #: one speed, whose nodes cost little.
-_MOST, _MOST_OF_ONE_SPEED = (1, 2), (2, 0)
+_NEW_NODES, _NEW_NODES_OF_ONE_SPEED = (1, 2), (2, 0)
 
 #: Narrowest interval that is halved, as a share of the axis in its abscissa.
-_FINEST = 1.0 / 256.0
+_NARROWEST = 1.0 / 256.0
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def _pieces(config: Config, field: str, ends: tuple[float, float]) -> Iterator[t
 def most_nodes(config: Config, grid: Grid) -> tuple[int, int]:
     """Largest numbers of angles and of speeds to which a first grid may be refined."""
     fixed = config.table.alpha_nodes_deg is not None, config.table.speed_nodes is not None
-    shares = _MOST if len(grid.speed) > 1 else _MOST_OF_ONE_SPEED
+    shares = _NEW_NODES if len(grid.speed) > 1 else _NEW_NODES_OF_ONE_SPEED
     sizes = zip(map(len, grid), fixed, shares, strict=True)
     a, v = (n if named else n + share * (n - 1) for n, named, share in sizes)
     return a, v
@@ -175,7 +175,7 @@ def _middle(axis: Abscissa, ends: tuple[float, float], fixed: bool) -> Middle:
 
     def middle(low: float, high: float) -> float | None:
         a, b = axis(np.array([low, high]))
-        if fixed or abs(b - a) < 2.0 * _FINEST * whole:
+        if fixed or abs(b - a) < 2.0 * _NARROWEST * whole:
             return None
         half = _halfway(axis, low, high)
         return half if min(half - low, high - half) >= least else None
@@ -209,7 +209,7 @@ def _lookup(field: str, nodes: FloatArray, index_at: Abscissa) -> FloatArray:
     )
 
 
-def middle_of(config: Config, place: Place) -> tuple[float, float]:
+def middle_condition(config: Config, place: Place) -> tuple[float, float]:
     """Condition in the middle of a place, in the abscissas of the axes."""
     alpha, speed = place
     return (

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from sampler.arguments import as_integer
 from sampler.files import check_output
@@ -138,9 +137,15 @@ def generate(
         contents = with_rounded_quantiles(assemble(config, axes, refined.nodes, law))
         begin, validation = time.process_time(), None
         if conditions > 0:
-            how: Any = {"samples": samples, "progress": progress}
-            named = contents, config, str(path), conditions, _MEASURE_SEED
-            validation = validate_contents(*named, **how)
+            validation = validate_contents(
+                contents,
+                config,
+                str(path),
+                conditions,
+                _MEASURE_SEED,
+                samples=samples,
+                progress=progress,
+            )
             contents = with_accuracy(contents, validation)
         write_table(path, contents)
         store.remove()

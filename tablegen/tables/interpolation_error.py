@@ -29,15 +29,6 @@ CHEAP = tuple(name for name, metric in METRICS.items() if metric.trial_states is
 _SMALLEST_CHEAP = 25_000
 
 
-def error_of(distances: Arrays, targets: AccuracyTargets) -> tuple[float, str]:
-    """Find the largest distance, in units of its allowed value, and the name of its metric."""
-
-    def share(name: str) -> float:
-        return METRICS[name].share(float(np.max(distances[name])), getattr(targets, name))
-
-    return max((share(name), name) for name in distances)
-
-
 def interpolation_errors(
     config: Config,
     place: Place,

@@ -3,7 +3,7 @@
 The grid is a product of angles and speeds. The error in the middle of an *edge* between two
 neighbouring nodes shows which axis to refine. When all edges are good, the centres of the cells are
 measured as well; the edges of a grid with one angle or one speed are its cells. The grid never has
-more nodes than planned: where not all bad intervals can be halved, the worst are.
+more nodes than planned. If not all bad intervals can be halved, the worst intervals are.
 """
 
 from collections.abc import Callable, Mapping
@@ -75,14 +75,14 @@ def refine(
     ``measure`` is called again for places that it has measured before; ``most`` are the largest
     numbers of angles and of speeds.
     """
-    halve = partial(_halved, middles=(middle_alpha, middle_speed), most=most)
+    halve = partial(_halve_intervals, middles=(middle_alpha, middle_speed), most=most)
     limit = EDGE_LIMIT if min(map(len, grid)) > 1 else CENTRE_LIMIT
     while True:
         errors = dict(measure(grid, grid.edges()))
         refined = halve(grid, {edge: error for edge, error in errors.items() if error > limit})
         if refined == grid:
             centres = measure(grid, grid.cells())
-            refined = halve(grid, _blamed(centres, errors))
+            refined = halve(grid, _worst_edges(centres, errors))
             errors |= centres
         if refined == grid:
             break
@@ -91,23 +91,25 @@ def refine(
     return Placement(grid, errors[where] if where else 0.0, where)
 
 
-def _blamed(centres: Mapping[Place, float], edges: Mapping[Place, float]) -> dict[Place, float]:
+def _worst_edges(
+    centres: Mapping[Place, float], edges: Mapping[Place, float]
+) -> dict[Place, float]:
     """Find the worst edge of each bad cell, with the error of the cell."""
-    blamed: dict[Place, float] = {}
+    worst: dict[Place, float] = {}
     for cell, error in centres.items():
         if error <= CENTRE_LIMIT:
             continue
         around = [Place(cell.alpha_deg, (v,)) for v in cell.speed]
         around += [Place((a,), cell.speed) for a in cell.alpha_deg]
         edge = max(around, key=lambda place: edges[place])
-        blamed[edge] = max(error, blamed.get(edge, 0.0))
-    return blamed
+        worst[edge] = max(error, worst.get(edge, 0.0))
+    return worst
 
 
-def _halved(
+def _halve_intervals(
     grid: Grid, bad: Mapping[Place, float], middles: tuple[Middle, Middle], most: tuple[int, int]
 ) -> Grid:
-    """Grid with a node in the middle of the intervals of bad edges, the worst first."""
+    """Put a node into the middle of the intervals of bad edges, those of the worst first."""
     axes = []
     for k, nodes in enumerate(grid):
         intervals = [edge[k] for edge in sorted(bad, key=lambda edge: -bad[edge])]

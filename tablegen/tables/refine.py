@@ -13,17 +13,17 @@ import numpy as np
 
 from tablegen.checkpoints import Arrays, Task, TaskRunner
 from tablegen.config.config import Config
-from tablegen.config.metric_table import METRICS
+from tablegen.config.metric_table import METRICS, worst_share
 from tablegen.fitting.node import NodeArrays, fit_node
 from tablegen.fitting.resolution import Resolution
-from tablegen.tables.axes import middle_of, middles
-from tablegen.tables.interpolation_error import CHEAP, error_of, interpolation_errors
+from tablegen.tables.axes import middle_condition, middles
+from tablegen.tables.interpolation_error import CHEAP, interpolation_errors
 from tablegen.tables.intervals import CENTRE_LIMIT, Grid, Interval, Place, Placement, refine
 from tablegen.tables.plan import Plan
 
 #: What helps where the planned nodes do not; more is allowed only where little is missed.
 _REMEDY = "give more components, alpha_nodes_deg or speed_nodes in [table]"
-_ALLOW, _LITTLE = "allow more in [accuracy], or ", 2.0
+_REMEDY_IF_LITTLE_IS_MISSED, _LITTLE = "allow more in [accuracy], or ", 2.0
 
 #: Share of the allowed AUC (above 0.5) for the mixture; the rest is for interpolation.
 _CAPACITY = 0.66
@@ -96,14 +96,14 @@ class NodeCache:
         for place in wanted:
             if missing[place]:
                 nodes = self.fit(size, product(*place))
-                condition = middle_of(self.config, place)
+                condition = middle_condition(self.config, place)
                 arguments = (self.config, place, condition, nodes, missing[place])
                 key = f"trial {tuple(place)!r} {tuple(size)} {', '.join(missing[place])}"
                 tasks[key], owner[key] = Task(interpolation_errors, arguments), place
         self.runner.note = stage
 
         def share(place: Place) -> float:
-            return error_of(known[place], self.config.accuracy)[0]
+            return self._worst_share(known[place])[0]
 
         def on_result(key: str, arrays: Arrays) -> None:
             place = owner[key]
@@ -115,11 +115,16 @@ class NodeCache:
         self.runner.run("checking", tasks, on_result)
         return {place: share(place) for place in wanted}
 
+    def _worst_share(self, distances: Arrays) -> tuple[float, str]:
+        """Find the largest distance in units of what is allowed, and the name of its metric."""
+        largest = {name: float(np.max(values)) for name, values in distances.items()}
+        return worst_share(largest, self.config.accuracy.model_dump())
+
     def error_text(self, size: Resolution, place: Place) -> str:
         """Describe where the error in the middle of a place is, by which metric, and how large."""
         distances, targets = self._errors[size, place], self.config.accuracy
-        share, name = error_of(distances, targets)
-        alpha_deg, speed = middle_of(self.config, place)
+        share, name = self._worst_share(distances)
+        alpha_deg, speed = middle_condition(self.config, place)
         value = METRICS[name].text(float(np.max(distances[name])))
         return (
             f"{name} {value} at {alpha_deg:.4g} degrees, {speed:.4g} m/s, "
@@ -140,20 +145,20 @@ def refine_grid(plan: Plan, cache: NodeCache) -> RefinedGrid:
         nodes, planned = (" x ".join(map(str, n)) for n in (map(len, grid), plan.most))
         stage = f"round {number}, {nodes} nodes of at most {planned}, "
         errors = cache.errors(size, places, CHEAP, stage)
-        return errors | cache.errors(size, _classified(grid, errors), tuple(METRICS), stage)
+        return errors | cache.errors(size, _cells_to_classify(grid, errors), tuple(METRICS), stage)
 
     named = config.table.alpha_nodes_deg is not None and config.table.speed_nodes is not None
     placement = Placement(plan.grid)
     if not named:
         placement = refine(plan.grid, measure, *middles(config), plan.most)
     if placement.where is not None and not placement.reached:
-        remedy = _ALLOW * (placement.worst <= _LITTLE) + _REMEDY
+        remedy = _REMEDY_IF_LITTLE_IS_MISSED * (placement.worst <= _LITTLE) + _REMEDY
         missed = [f"{cache.error_text(size, placement.where)}, half-way between nodes; {remedy}"]
     nodes, cache.runner.note = cache.fit(size, product(*placement.grid)), ""
     return RefinedGrid(size, placement, nodes, missed)
 
 
-def _classified(grid: Grid, errors: Mapping[Place, float]) -> list[Place]:
+def _cells_to_classify(grid: Grid, errors: Mapping[Place, float]) -> list[Place]:
     """Choose the cells in which all metrics are measured, after the cheap ones.
 
     The classifier takes 25 times as long as the cheap metrics. So it is asked where they hold, in
@@ -161,8 +166,8 @@ def _classified(grid: Grid, errors: Mapping[Place, float]) -> list[Place]:
     """
     cells = dict[Interval, Place]()
     for place in sorted(errors, key=lambda place: errors[place]):
-        whole = all(len(place[k]) == min(2, len(nodes)) for k, nodes in enumerate(grid))
-        if whole and errors[place] <= CENTRE_LIMIT:
+        is_cell = all(len(place[k]) == min(2, len(nodes)) for k, nodes in enumerate(grid))
+        if is_cell and errors[place] <= CENTRE_LIMIT:
             cells[place.alpha_deg] = place
     return list(cells.values())
 

@@ -118,9 +118,9 @@ def reference_grain(contents, seed, index, hit=0):
     words = key_words(seed ^ 0x53494D554C415445, index, hit, 2)
     u = (np.array(words) + 0.5) / 2**32
     weights = contents["spin/shape_weights"]
-    held = np.flatnonzero(weights > 0.0)
-    shares = np.cumsum(weights[held]) / weights.sum()
-    row = held[min(int(np.sum(u[5] >= shares)), len(held) - 1)]
+    drawn = np.flatnonzero(weights > 0.0)
+    shares = np.cumsum(weights[drawn]) / weights.sum()
+    row = drawn[min(int(np.sum(u[5] >= shares)), len(drawn) - 1)]
     code, ratios = int(contents["spin/shape_codes"][row]), []
     for k in range(2):
         mean, deviation, low, high = contents["spin/aspect"][k]

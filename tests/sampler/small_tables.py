@@ -12,7 +12,7 @@ def scene(variables, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, channe
     """A table for some variables; channels beyond theirs only carry dependence."""
     rng = np.random.default_rng(seed)
     marginals = channels_for(variables)
-    held = [name for name in CHANNELS if name in {*marginals, *channels}]
+    stored = [name for name in CHANNELS if name in {*marginals, *channels}]
     nodes = (len(alpha_deg), len(speed))
     low = {"v": 0.05, "energy_hat": 0.01, "collisions": 1.0, "normal_hat": 0.02}
     high = {"omega_x": 2.0, "omega_y": 2.0, "omega_z": 2.0, "collisions": 6.5}
@@ -22,7 +22,7 @@ def scene(variables, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, channe
         inside = np.sort(rng.uniform(size=(*nodes, N_CLASSES, N_KNOTS)), axis=-1)
         quantiles[..., k, :] = a + (b - a) * inside
     shape = (*nodes, N_COMPONENTS)
-    n = len(held)
+    n = len(stored)
     factors = rng.integers(-2500, 2500, (*shape, n * (n + 1) // 2))
     diagonal = [row * (row + 3) // 2 for row in range(n)]
     factors[..., diagonal] = rng.integers(1500, 4000, (*shape, n))
@@ -32,7 +32,7 @@ def scene(variables, alpha_deg=(20.0, 70.0), speed=(50.0, 120.0), seed=3, channe
     ]
     return table_of(
         variables,
-        held,
+        stored,
         *axes,
         np.linspace(-3.0, 3.0, N_KNOTS),
         quantiles,

@@ -31,14 +31,14 @@ def test_every_speed_is_inside_and_has_the_draws_of_the_nearest(anywhere, table)
     velocity = [0.06, -0.08, 0.0]
     np.testing.assert_array_equal(
         *(
-            np.hstack(of.rebound(velocity, [0, 1, 0], 1e-5, grain="fresh", seed=1, index=0))
-            for of in (free, table)
+            np.hstack(one.rebound(velocity, [0, 1, 0], 1e-5, grain="fresh", seed=1, index=0))
+            for one in (free, table)
         ),
     )
 
 
 def test_no_speed_is_outside_the_spin_law(anywhere, contents):
-    free, bound = (sampler.Table(with_spin_law(of)) for of in (anywhere, contents))
+    free, bound = (sampler.Table(with_spin_law(one)) for one in (anywhere, contents))
     given = {"spin": [0.3, 0.0, -0.5], "seed": 1, "index": range(8), "hit": 0}
     with pytest.warns(sampler.OutsideTableWarning):
         np.testing.assert_array_equal(
@@ -48,8 +48,8 @@ def test_no_speed_is_outside_the_spin_law(anywhere, contents):
 
 
 def test_the_files_say_so(anywhere, contents, tmp_path):
-    for made, flags in ((anywhere, SPEED_INDEPENDENT), (contents, 0)):
-        write_table(tmp_path / "t.h5", made)
+    for stored, flags in ((anywhere, SPEED_INDEPENDENT), (contents, 0)):
+        write_table(tmp_path / "t.h5", stored)
         assert sampler.load(tmp_path / "t.h5").speed_independent == bool(flags)
-        assert header_of(table_image(made))["flags"] == flags
+        assert header_of(table_image(stored))["flags"] == flags
     assert anywhere.content_sha256 != contents.content_sha256

@@ -58,7 +58,7 @@ def test_one_index_for_many_rows_is_refused(table):
     assert _sample(table, hit=range(3), index=7).shape == (3, 6)
 
 
-#: What is no key, by its name and by what is said of it.
+#: Values that are no keys, by the name of the key and by words of their message.
 NO_KEYS = {
     ("index", "at index 0"): (2**64, [-1, 2**63], 1 << 16609),
     ("index", "at index 1"): ([3, -2], [1, 2**64], [2**63, -1]),
@@ -72,10 +72,10 @@ NO_KEYS = {
 }
 
 
-@pytest.mark.parametrize(("name", "said"), NO_KEYS)
-def test_keys_are_integers(table, name, said):
-    for value in NO_KEYS[name, said]:
-        assert said in refused(name, _sample, table, **{name: value}).partition("allowed")[0]
+@pytest.mark.parametrize(("name", "words"), NO_KEYS)
+def test_keys_are_integers(table, name, words):
+    for value in NO_KEYS[name, words]:
+        assert words in refused(name, _sample, table, **{name: value}).partition("allowed")[0]
 
 
 @pytest.mark.parametrize("value", [7, np.uint8(7), np.array(7), Identity(1) + 6])

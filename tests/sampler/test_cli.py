@@ -61,13 +61,13 @@ def test_how_a_program_ends(capsys, error, status, line):
 
     program = Program("prog", commands=[click.Command("work", callback=work)])
     assert run_program(program, ["work"]) == status
-    *before, told = capsys.readouterr().err.strip().splitlines()
-    assert told.startswith(f"prog: {line}")
-    assert told.endswith("please report it; RuntimeError: odd") == bool(before)
+    *before, line_written = capsys.readouterr().err.strip().splitlines()
+    assert line_written.startswith(f"prog: {line}")
+    assert line_written.endswith("please report it; RuntimeError: odd") == bool(before)
     assert [text for text in before if text.startswith("Traceback")] == before[:1]
     assert bool(before) == isinstance(error, RuntimeError)
-    assert len(told) < 5000
-    assert told.isprintable()
+    assert len(line_written) < 5000
+    assert line_written.isprintable()
 
 
 def test_an_output_is_no_input(tmp_path, capsys):
@@ -100,12 +100,12 @@ def test_an_output_has_its_suffix_and_is_kept(tmp_path, capsys):
     program, path = Program("prog", commands=[work]), tmp_path / "t.h5"
     path.write_bytes(b"kept")
     other = tmp_path / "t.txt"
-    for named, said in (
+    for named, sentence in (
         (path, f"--output: {path} exists; give a new name, or --overwrite"),
         (other, f"--output: got {other}, allowed: a name that ends in .h5"),
     ):
         assert run_program(program, ["work", "--output", str(named)]) == BAD_INPUT
-        assert capsys.readouterr().err == f"prog: error: {said}\n"
+        assert capsys.readouterr().err == f"prog: error: {sentence}\n"
     assert run_program(program, ["work", "--output", str(path), "--overwrite"]) == 0
 
 
@@ -147,21 +147,23 @@ def draw(call, words, tmp_path):
 
 @pytest.mark.parametrize("seed", [1, 2**64 - 1])
 def test_states_are_those_of_the_table(draw, table, seed):
-    state, said = draw(seed=seed)
+    state, warning = draw(seed=seed)
     expected = table.sample(np.deg2rad(30.0), 150.0, seed=seed, index=range(100))
     np.testing.assert_array_equal(state, expected)
-    assert said == ""
+    assert warning == ""
 
 
 def test_outside_is_noted_or_refused(draw, refuse, words, tmp_path, table):
     state, note = draw(alpha=10)
-    said = "got an impact at {}, allowed: 20 to 90 deg, 50 to 300 m/s, the range of the table made"
-    assert f"--alpha: {said.format('10 deg, 150 m/s')}" in note
+    sentence = (
+        "got an impact at {}, allowed: 20 to 90 deg, 50 to 300 m/s, the range of the table made"
+    )
+    assert f"--alpha: {sentence.format('10 deg, 150 m/s')}" in note
     expected = table.sample(table.alpha_range[0], 150.0, seed=1, index=range(100))
     np.testing.assert_array_equal(state, expected)
     (tmp_path / "out.npz").unlink()
     line = refuse("sampler", *words(speed=300.0001, outside="raise"))
-    assert line.startswith(f"--speed: {said.format('30 deg, 300.0001 m/s')}")
+    assert line.startswith(f"--speed: {sentence.format('30 deg, 300.0001 m/s')}")
 
 
 @pytest.mark.parametrize(
@@ -222,17 +224,17 @@ def test_the_list_names_everything(call, program):
 
 
 def test_the_list_in_json_says_what_the_files_say(call):
-    found = json.loads(call("sampler", "list", "--json").out)
-    assert sorted(found["tables"]) == available(".h5")
-    assert sorted([*found["pairs"], *found["scenes"]]) == available(".toml")
-    for name, facts in found["tables"].items():
+    catalogue = json.loads(call("sampler", "list", "--json").out)
+    assert sorted(catalogue["tables"]) == available(".h5")
+    assert sorted([*catalogue["pairs"], *catalogue["scenes"]]) == available(".toml")
+    for name, facts in catalogue["tables"].items():
         table = sampler.load(name)
         assert facts["pair"] == table.pair
         assert facts["variables"] == list(table.columns)
         assert facts["covers"] == str(table.covered)
         assert (facts["speed"] is None) == table.speed_independent
         assert facts["bytes"] == find_table(name).stat().st_size
-    assert found["scenes"]["no-spin"]["domain"] == {"variables": ["u", "v"]}
+    assert catalogue["scenes"]["no-spin"]["domain"] == {"variables": ["u", "v"]}
 
 
 def test_your_own_files_beside_them_are_listed(monkeypatch, tmp_path, call):

@@ -108,14 +108,14 @@ def test_names_that_no_file_can_have_are_refused_before_any_work(tmp_path, name)
 
 
 @pytest.mark.parametrize(
-    ("path", "said"),
+    ("path", "sentence"),
     [
         ("none/a", "cannot write none/a: there is no folder .*none"),
         (".", ". is a folder; give a file name"),
     ],
 )
-def test_outputs_that_cannot_be_are_refused_before_any_work(path, said):
-    with pytest.raises(InputError, match=said):
+def test_outputs_that_cannot_be_are_refused_before_any_work(path, sentence):
+    with pytest.raises(InputError, match=sentence):
         write_text(path, "text")
 
 

@@ -41,11 +41,13 @@ def test_the_spin_decays_along_the_torque(reynolds):
     solved = solve_ivp(
         lambda _, w: sampler.gas_torque(w, *GAS, gas) / INERTIA, (0.0, time), omega, rtol=1e-10
     )
-    found = sampler.spin_after(omega, time, INERTIA, *GAS, gas)
-    np.testing.assert_allclose(found, solved.y[:, -1], rtol=1e-5)  # it steps over the jump at 32
+    omega_after = sampler.spin_after(omega, time, INERTIA, *GAS, gas)
+    np.testing.assert_allclose(
+        omega_after, solved.y[:, -1], rtol=1e-5
+    )  # it steps over the jump at 32
     half = sampler.spin_after(omega, time / 2, INERTIA, *GAS, gas)
     halves = sampler.spin_after(half, time / 2, INERTIA, *GAS, gas)
-    np.testing.assert_allclose(halves, found, rtol=1e-13)
+    np.testing.assert_allclose(halves, omega_after, rtol=1e-13)
 
 
 def test_no_time_step_overshoots():
@@ -64,9 +66,9 @@ def test_c_goes_back_in_time(reynolds):
     call.restype = None
 
     def back(omega, time):
-        found, given = numbers(), map(ctypes.c_double, (-time, INERTIA, *GAS))
-        call(numbers(*omega), *given, None, found)
-        return np.array(found)
+        omega_after, given = numbers(), map(ctypes.c_double, (-time, INERTIA, *GAS))
+        call(numbers(*omega), *given, None, omega_after)
+        return np.array(omega_after)
 
     omega = spin(reynolds)
     for time in (0.0, 0.01 * RELAXATION, 5.0 * RELAXATION):

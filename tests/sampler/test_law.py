@@ -29,7 +29,7 @@ class TestLaw:
         n = 1.0 / (1.0 / len(states) + 1.0 / DRAWS)
         mean, std = states.mean(axis=0), states.std(axis=0)
         kurtosis = ((states - mean) ** 4).mean(axis=0) / std**4
-        found = [
+        errors = [
             np.abs(table.mean(alpha1, speed) - mean) / std * np.sqrt(n),
             np.abs(table.std(alpha1, speed) / std - 1.0) * np.sqrt(4.0 * n / (kurtosis - 1.0)),
         ]
@@ -37,8 +37,8 @@ class TestLaw:
         for k, name in enumerate(table.columns):
             quantiles = table.quantile(p, name, alpha1, speed)
             below = (states[:, k, None] <= quantiles).mean(axis=0)
-            found.append(np.abs(below - p) / np.sqrt(p * (1.0 - p) / n))
-        return np.concatenate(found)
+            errors.append(np.abs(below - p) / np.sqrt(p * (1.0 - p) / n))
+        return np.concatenate(errors)
 
     @pytest.mark.parametrize("k", range(3))
     def test_against_draws_at_the_condition_and_at_another(self, contents, draws, k):
@@ -63,10 +63,10 @@ class TestLaw:
         assert table.mean([], 100.0).shape == (0, 6)
 
     def test_outside_and_refusals(self, table, table_path):
-        with pytest.warns(OutsideTableWarning, match=r"speed: .* 20 m/s at row 1") as told:
+        with pytest.warns(OutsideTableWarning, match=r"speed: .* 20 m/s at row 1") as warned:
             table.mean(0.7, [100.0, 20.0])
-        assert told[0].filename == __file__
-        assert "; 1 row of this call was drawn at the nearest" in str(told[0].message)
+        assert warned[0].filename == __file__
+        assert "; 1 row of this call was drawn at the nearest" in str(warned[0].message)
         assert table.counts["speed"] == 1
         np.testing.assert_array_equal(table.mean(0.7, 20.0), table.mean(0.7, 50.0))
         refused("alpha1", table.mean, [0.7, np.nan], 100.0)

@@ -120,8 +120,8 @@ def _bounce(handle, velocity, normal, omega, inertia, roughness, fresh, isotropi
     for k in numba.prange(velocity.shape[0]):
         v = (velocity[k, 0], velocity[k, 1], velocity[k, 2])
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
-        how = wall, omega, inertia, roughness, None, k, 2, fresh, isotropic, 7
-        sampler.numba.rebound(handle, v, n, 1e-5, *how, out[k])
+        others = wall, omega, inertia, roughness, None, k, 2, fresh, isotropic, 7
+        sampler.numba.rebound(handle, v, n, 1e-5, *others, out[k])
 
 
 @pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
@@ -140,9 +140,14 @@ def test_rebounds_are_those_of_a_batch(omega, inertia, roughness, fresh, isotrop
     out, works = np.empty((len(velocity), 9)), np.empty((len(velocity), 2))
     _bounce(table.handle, velocity, normal, omega, inertia, roughness, fresh, isotropic, out)
     keys = {"seed": 7, "index": range(len(out)), "hit": 2, "wall_velocity": [1, 2, 3]}
-    how = keys | {"roughness": roughness, "isotropic": isotropic, "omega": omega, "works": works}
-    how |= {"inertia": inertia}
-    expected = table.rebound(velocity, normal, 1e-5, grain="fresh" if fresh else "own", **how)
+    arguments = keys | {
+        "roughness": roughness,
+        "isotropic": isotropic,
+        "omega": omega,
+        "works": works,
+    }
+    arguments |= {"inertia": inertia}
+    expected = table.rebound(velocity, normal, 1e-5, grain="fresh" if fresh else "own", **arguments)
     np.testing.assert_array_equal(out, np.column_stack([*expected, works]))
     assert works.any()
 

@@ -38,14 +38,14 @@ def _draw_and_count(draws):
     (low, high), speeds = table.alpha_range, table.speed_range
     batch = min(draws, BATCH)
     states, index = np.empty((batch, 6)), np.arange(batch, dtype=np.uint64)
-    found = 0
+    count = 0
     for hit in range(draws // batch):
         # angles denser near grazing, where there is least room
         alpha1 = low + (high - low) * rng.random(batch) ** 2
         speed = rng.uniform(*speeds, batch)
         table.sample(alpha1, speed, seed=hit, index=index, hit=hit, out=states)
-        found += forbidden(states)
-    return found
+        count += forbidden(states)
+    return count
 
 
 def test_a_million_draws():

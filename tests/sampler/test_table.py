@@ -63,7 +63,7 @@ def test_generators_in_place_of_keys(table, method):
     draw, (one, two, three) = getattr(table, method), map(np.random.default_rng, (1, 1, 1))
     first, second = ([draw(**given, size=(4, 5), rng=r) for _ in range(2)] for r in (one, two))
     if method == "rebound":
-        first, second = (tuple(np.dstack(r) for r in of) for of in (first, second))
+        first, second = (tuple(np.dstack(r) for r in rebounds) for rebounds in (first, second))
     np.testing.assert_array_equal(first, second)
     assert (np.array(first[0]) != first[1]).any(axis=-1).all()
     keys = {"seed": three.integers(2**64, dtype=np.uint64), "index": np.arange(20).reshape(4, 5)}
@@ -169,8 +169,8 @@ def test_what_a_table_says_of_itself(table, contents):
     assert repr(table) == "<sampler.Table made-up: 20 to 90 deg, 50 to 300 m/s>"
 
 
-def _counts(**found):
-    return {"angle": 0, "speed": 0, "spin": 0, "extrapolated": 0} | found
+def _counts(**changes):
+    return {"angle": 0, "speed": 0, "spin": 0, "extrapolated": 0} | changes
 
 
 def test_draws_outside_are_counted_by_kind(table):
@@ -194,10 +194,10 @@ class TestWarning:
             table.sample(0.7, 20.0, seed=1, index=0)
             table.rebound(**IMPACT | {"velocity": [100.0, -1.0, 0.0]}, seed=1, index=0)
 
-        with pytest.warns(OutsideTableWarning) as told:
+        with pytest.warns(OutsideTableWarning) as warned:
             draw()
-        assert [str(one.message).partition(":")[0] for one in told] == ["speed", "velocity"]
-        assert told[0].filename == __file__
+        assert [str(one.message).partition(":")[0] for one in warned] == ["speed", "velocity"]
+        assert warned[0].filename == __file__
         assert table.counts == _counts(angle=1, speed=3)
 
     def test_comes_of_speeds_that_were_not_measured(self, contents):

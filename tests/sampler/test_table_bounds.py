@@ -35,14 +35,14 @@ def axis(rng, bounds, nodes):
     return np.linspace(*ends, grid)[at], ends, coordinate
 
 
-def quantiles(rng, marginals, shape):
+def random_quantiles(rng, marginals, shape):
     """Quantile functions with jumps, up to the last numbers within their bounds."""
-    found = np.empty((*shape[:-1], len(marginals), shape[-1]), dtype=np.float32)
+    quantiles = np.empty((*shape[:-1], len(marginals), shape[-1]), dtype=np.float32)
     for k, name in enumerate(marginals):
         low, high = (np.float32(end) for end in QUANTILES[name])
         low, high = np.nextafter(low, np.float32(1)), np.nextafter(high, np.float32(0))
-        found[..., k, :] = np.sort(numbers_between(rng, low, high, shape), axis=-1)
-    return found
+        quantiles[..., k, :] = np.sort(numbers_between(rng, low, high, shape), axis=-1)
+    return quantiles
 
 
 def random_contents(seed, variables):
@@ -63,7 +63,7 @@ def random_contents(seed, variables):
         alpha,
         speed,
         np.linspace(-most, most, knots),
-        quantiles(rng, marginals, (*shape, classes, knots)),
+        random_quantiles(rng, marginals, (*shape, classes, knots)),
         first_of_class=starts,
         alias_probability=rng.integers(0, 65536, (*shape, components)),
         alias_index=rng.integers(0, components, (*shape, components)),
@@ -73,13 +73,15 @@ def random_contents(seed, variables):
     )
 
 
-def conditions(contents, rng):
+def random_conditions(contents, rng):
     """Angles and speeds on and between the nodes, and at the ends."""
-    found = []
+    places = []
     for nodes in (np.radians(contents["axes/alpha_deg"]), contents["axes/speed"]):
         between = nodes[0] + rng.uniform(size=N_DRAWS) * (nodes[-1] - nodes[0])
-        found.append(np.where(rng.uniform(size=N_DRAWS) < 0.5, rng.choice(nodes, N_DRAWS), between))
-    return found
+        places.append(
+            np.where(rng.uniform(size=N_DRAWS) < 0.5, rng.choice(nodes, N_DRAWS), between)
+        )
+    return places
 
 
 @pytest.mark.parametrize(
@@ -90,7 +92,7 @@ def test_every_table_opens_and_every_draw_is_finite(variables):
         contents = random_contents(seed, variables)
         rng, index = np.random.default_rng(seed), np.arange(N_DRAWS, dtype=np.uint64)
         table = Table(contents)
-        states = table.sample(*conditions(contents, rng), seed=3, index=index)
+        states = table.sample(*random_conditions(contents, rng), seed=3, index=index)
         assert sum(table.counts.values()) == 0
         assert np.isfinite(states).all(), seed
         energy = (states[:, :3] ** 2).sum(axis=1)

@@ -16,8 +16,8 @@ MATERIALS = (2200.0, 7e10, 0.17, 2.1e11, 0.3)
 def test_deposits_by_the_normal_speed():
     normal, wall = np.array([0.0, 2.0, 0.0]), np.array([5.0, 1.0, 0.0])
     velocity = wall + np.array([[9.0, -0.49, 1.0], [9.0, -0.51, 1.0], [9.0, 0.2, 1.0], [9, 0, 1]])
-    found = sampler.deposits(velocity, normal, 0.5, wall_velocity=wall)
-    np.testing.assert_array_equal(found, [True, False, False, False])
+    stays = sampler.deposits(velocity, normal, 0.5, wall_velocity=wall)
+    np.testing.assert_array_equal(stays, [True, False, False, False])
     assert sampler.deposits(velocity[0] - wall, normal, [0.4, 0.5]).tolist() == [False, True]
 
 

@@ -6,11 +6,11 @@ from sampler.formats.bounds import CONDITIONS
 from tablegen.fitting.spin_coordinates import SPIN_RANGE
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
-    depart,
     effective_speed,
     first_impacts,
-    joined_impacts,
+    join_impacts,
     next_impacts,
+    simulate_departures,
 )
 
 #: Impacts that a particle has before its chain ends; each gives one of those after the first.
@@ -28,15 +28,15 @@ def _occurring(config, model, seed, index):
     impacts = first_impacts(alpha1, speed, model.grains(seed, index), index)
     any_wall, wanted, taken = rng.random(n) < 0.5, rng.integers(1, _HITS, n), []
     for number in range(1, _HITS):
-        departures = depart(model, impacts, seed, threads=1)
+        departures = simulate_departures(model, impacts, seed, threads=1)
         impacts = next_impacts(departures, any_wall, rng.random((len(any_wall), 2)))
         covered = impacts.alpha1 >= np.radians(config.domain.alpha_deg[0])
         covered &= effective_speed(impacts) >= config.speeds[0]
         covered &= np.linalg.norm(impacts.spin, axis=1) <= SPIN_RANGE[1]
-        taken.append(impacts.of(covered & (wanted == number)))
+        taken.append(impacts.select(covered & (wanted == number)))
         going = covered & (wanted > number)
-        impacts, any_wall, wanted = impacts.of(going), any_wall[going], wanted[going]
-    return joined_impacts(taken)
+        impacts, any_wall, wanted = impacts.select(going), any_wall[going], wanted[going]
+    return join_impacts(taken)
 
 
 def chain_sample(config, most_spin_z=np.inf):
@@ -47,8 +47,8 @@ def chain_sample(config, most_spin_z=np.inf):
     """
     model, index = DirectModel(config), np.arange(8000, dtype=np.uint64)
     both = (_occurring(config, model, seed, index) for seed in (3, 4))
-    impacts, others = (some.of(some.spin[:, 2] < most_spin_z) for some in both)
-    left = depart(model, others, 3, threads=1)
+    impacts, others = (some.select(some.spin[:, 2] < most_spin_z) for some in both)
+    left = simulate_departures(model, others, 3, threads=1)
     sizes = 1.0 / len(others.index) + 1.0 / len(impacts.index)
     return impacts, left, np.sqrt(0.5 * np.log(2.0 / 1e-3) * sizes)
 

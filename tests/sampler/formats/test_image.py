@@ -28,8 +28,8 @@ def test_quantiles_are_those_of_the_nodes_to_half_a_step(contents, written):
     spans = spans.reshape(*shape, 1, 2)
     steps = np.frombuffer(written, "<u2", 4 * 65 * math.prod(shape), header["at_quantiles"])
     steps = steps.reshape(*shape, 65, 4)
-    found = spans[..., 0] + spans[..., 1] * steps[..., 0]
-    assert (np.abs(found - quantiles[:2, :2]) <= 0.51 * spans[..., 1]).all()
+    unpacked = spans[..., 0] + spans[..., 1] * steps[..., 0]
+    assert (np.abs(unpacked - quantiles[:2, :2]) <= 0.51 * spans[..., 1]).all()
 
 
 def test_layout_of_the_file(written):

@@ -11,7 +11,7 @@ from tablegen.accuracy.chains import (
     chain_comparisons,
     compare_chain,
     first_arrivals,
-    follow,
+    follow_grains,
     kinds_of_grains,
     later_hit,
 )
@@ -66,7 +66,9 @@ def test_grains_of_each_kind_are_found():
 
 def test_in_a_cylinder_a_mirror_keeps_angles_and_spins_for_ever():
     alpha1 = np.linspace(0.01, 1.5, 7)
-    left, arrivals = follow(Mirror(), first_arrivals(np.arange(7), alpha1, 50.0), "cylinder", 1, 9)
+    left, arrivals = follow_grains(
+        Mirror(), first_arrivals(np.arange(7), alpha1, 50.0), "cylinder", 1, 9
+    )
     np.testing.assert_allclose(left[0], 1.0, rtol=1e-12)
     np.testing.assert_allclose(left[1], np.tile(np.sin(alpha1), (9, 1)), rtol=1e-9)
     np.testing.assert_allclose(left[2], left[2, 0, 0])
@@ -81,7 +83,7 @@ def test_speeds_are_set_back_and_spins_in_the_same_proportion(geometry):
             return 0.5 * velocity, omega, inertia
 
     first = first_arrivals(np.arange(5), 0.5, 50.0)
-    left, arrivals = follow(Halving(), first, geometry, 1, 3)
+    left, arrivals = follow_grains(Halving(), first, geometry, 1, 3)
     np.testing.assert_allclose(left[0], 0.5, rtol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(arrivals.velocity, axis=1), 50.0, rtol=1e-12)
     # a wall sets each component at rest to 50 rad/s, and three hits double it each
@@ -91,7 +93,7 @@ def test_speeds_are_set_back_and_spins_in_the_same_proportion(geometry):
 def test_walls_of_any_direction_are_met_at_all_angles_and_speeds_are_kept():
     speed = np.linspace(20.0, 100.0, 4000)
     first = first_arrivals(np.arange(4000), 0.5, speed)
-    _, arrivals = follow(DirectTable(CONFIG), first, "any", 1, 3)
+    _, arrivals = follow_grains(DirectTable(CONFIG), first, "any", 1, 3)
     np.testing.assert_allclose(np.linalg.norm(arrivals.velocity, axis=1), speed)
     np.testing.assert_allclose(np.linalg.norm(arrivals.normal, axis=1), 1.0)
     alpha1 = np.arcsin(-np.einsum("ni,ni->n", arrivals.velocity, arrivals.normal) / speed)

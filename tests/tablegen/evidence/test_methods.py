@@ -73,9 +73,9 @@ def test_interval_holds_the_mean_as_often_as_it_says():
     rng = np.random.default_rng(5)
     covered = 0
     for _ in range(400):
-        found = batch_mean(rng.normal(1.0, 0.3, 8))
-        assert found.low <= found.mean <= found.high
-        covered += found.low <= 1.0 <= found.high
+        interval = batch_mean(rng.normal(1.0, 0.3, 8))
+        assert interval.low <= interval.mean <= interval.high
+        covered += interval.low <= 1.0 <= interval.high
     assert 0.84 < covered / 400 < 0.99
     assert batch_mean([1.3]).low == batch_mean([1.3]).high == 1.3
 

@@ -27,14 +27,14 @@ NAMES = {*(f"figure-{k:02d}.svg" for k in (3, 4, 5, 6, 7, 8, 9, 10, 13)), "figur
 
 def curve(skew):
     """Samples whose numbers are known, to 5 standard errors."""
-    rng, found = np.random.default_rng(1), {}
+    rng, statistics = np.random.default_rng(1), {}
     for alpha_deg in ANGLES:
         state = rng.normal(0.0, 0.05, (COUNT, 6))
         state += 0.0, 0.5, 0.0, skew, 0.0, alpha_deg / 900.0
         rotational = rng.normal(0.2 - abs(alpha_deg - 20.0) / 1000.0, 1e-4, COUNT)
         collisions = rng.choice([1, 2, 7], COUNT, p=[0.5, 0.4, 0.1])
-        found[alpha_deg] = sample_statistics_of(alpha_deg, state, collisions, rotational)
-    return found
+        statistics[alpha_deg] = sample_statistics_of(alpha_deg, state, collisions, rotational)
+    return statistics
 
 
 @pytest.fixture

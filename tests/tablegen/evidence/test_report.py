@@ -88,8 +88,8 @@ def test_headline_is_the_verdict_on_the_map(report, factor, kind):
     estimates = {name: Estimate(value, 0.0) for name, value in exact.items()}
     points = tuple(replace(p, estimates=estimates) for p in report.atlas.points)
     spoiled = replace(report, atlas=replace(report.atlas, points=points))
-    found = headline(spoiled, CONFIG)
-    assert (found.kind, len(found.lines)) == (kind, factor > 1.0)
+    verdict = headline(spoiled, CONFIG)
+    assert (verdict.kind, len(verdict.lines)) == (kind, factor > 1.0)
 
 
 def chain(kind, geometry, error):
@@ -163,6 +163,6 @@ def test_picture_is_of_the_condition_where_the_table_is_worst(report):
 
 
 def test_error_picture_changes_with_the_numbers():
-    made = plots.errors_picture(race(45.0, 0.53), "x.png").data
-    assert plots.errors_picture(race(45.0, 0.53), "x.png").data == made
-    assert plots.errors_picture(race(45.0, 0.56), "x.png").data != made
+    picture = plots.errors_picture(race(45.0, 0.53), "x.png").data
+    assert plots.errors_picture(race(45.0, 0.53), "x.png").data == picture
+    assert plots.errors_picture(race(45.0, 0.56), "x.png").data != picture

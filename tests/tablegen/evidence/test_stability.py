@@ -55,11 +55,11 @@ def test_a_case_is_what_three_simulations_of_the_same_particles_say(case):
         angle, spin = np.radians(case.alpha_deg), (0.0, 0.0, case.spin)
         condition = make_condition(angle, case.speed, spin, resolution, tolerance)
         population = CONFIG.population.restricted_to(case.shape).with_aspect(*case.aspect)
-        how = {"seed": 5, "threads": 1, "audited": audited}
-        return simulate_condition(CONFIG.pair, population, condition, 10, **how)
+        settings = {"seed": 5, "threads": 1, "audited": audited}
+        return simulate_condition(CONFIG.pair, population, condition, 10, **settings)
 
-    made, usual = run_case(CONFIG, case, 10, seed=5), by_hand(audited=True)
-    f = made.figures
+    result, usual = run_case(CONFIG, case, 10, seed=5), by_hand(audited=True)
+    f = result.figures
     assert f.most_collisions == usual.collisions.max()
     assert f.least_velocity == usual.state[:, 1].min()
     assert f.residual == usual.audit[[1, 2, 3]].max()
@@ -70,7 +70,7 @@ def test_a_case_is_what_three_simulations_of_the_same_particles_say(case):
 
 
 @pytest.fixture(scope="module")
-def made():
+def study():
     return run_study(CONFIG, CASES, count=6, seed=2**64 - 2, threads=1)
 
 
@@ -83,8 +83,8 @@ def made():
         ({"depth": 2e-9}, ["in the wall"]),
     ],
 )
-def test_failures(made, changes, failures):
-    outcome = replace(made.outcomes[0], figures=replace(made.outcomes[0].figures, **changes))
+def test_failures(study, changes, failures):
+    outcome = replace(study.outcomes[0], figures=replace(study.outcomes[0].figures, **changes))
     assert list(outcome.failures) == failures
     assert outcome.to_dict()["failures"] == list(outcome.failures.values())
 
@@ -96,8 +96,8 @@ def test_failures(made, changes, failures):
 def test_particles_that_are_not_finite_are_counted(monkeypatch, part, where, lost):
     right = module.simulate_condition
 
-    def spoiled(*arguments, audited, **how):
-        run = right(*arguments, audited=audited, **how)
+    def spoiled(*arguments, audited, **settings):
+        run = right(*arguments, audited=audited, **settings)
         if audited:
             getattr(run, part)[where] = np.nan
         return run
@@ -108,19 +108,19 @@ def test_particles_that_are_not_finite_are_counted(monkeypatch, part, where, los
     json.dumps(outcome.to_dict(), allow_nan=False)
 
 
-def test_cases_keep_their_order_and_repeat_alone_with_their_seeds(made):
-    assert [outcome.seed for outcome in made.outcomes] == [2**64 - 2, 2**64 - 1, 0, 1]
-    assert made.holds
-    assert list(made.outcomes) == [run_case(CONFIG, o.case, 6, o.seed) for o in made.outcomes]
+def test_cases_keep_their_order_and_repeat_alone_with_their_seeds(study):
+    assert [outcome.seed for outcome in study.outcomes] == [2**64 - 2, 2**64 - 1, 0, 1]
+    assert study.holds
+    assert list(study.outcomes) == [run_case(CONFIG, o.case, 6, o.seed) for o in study.outcomes]
     other = run_study(CONFIG, CASES, count=6, seed=2**64 - 2, threads=3)
-    assert other == made
+    assert other == study
 
 
-def test_the_worst_case_of_each_quantity_is_named_with_its_seed(made):
-    well = made.outcomes[0]
+def test_the_worst_case_of_each_quantity_is_named_with_its_seed(study):
+    well = study.outcomes[0]
     grows = replace(well, figures=replace(well.figures, growth=0.25))
     stuck = replace(well, unfinished=3, figures=None)
-    outcomes = (*made.outcomes, grows, stuck)
+    outcomes = (*study.outcomes, grows, stuck)
     assert [
         "largest gain of energy, over that before",
         "0.25",
@@ -133,13 +133,15 @@ def test_the_worst_case_of_each_quantity_is_named_with_its_seed(made):
 
 
 def test_friction_of_any_strength_is_simulated_and_its_failures_are_named(monkeypatch):
-    made = run_friction(CONFIG, 30, seed=5, threads=1)
-    assert len({(o.static, o.dynamic, o.restitution) for o in made}) == len(made) == 44
-    assert not any(outcome.failures for outcome in made)
+    outcomes = run_friction(CONFIG, 30, seed=5, threads=1)
+    assert len({(o.static, o.dynamic, o.restitution) for o in outcomes}) == len(outcomes) == 44
+    assert not any(outcome.failures for outcome in outcomes)
     # elastic contacts without much friction lose little, plastic ones much
-    assert -1e-2 < next(o.growth for o in made if (o.dynamic, o.restitution) == (0.1, 1.0)) < 0.0
+    assert (
+        -1e-2 < next(o.growth for o in outcomes if (o.dynamic, o.restitution) == (0.1, 1.0)) < 0.0
+    )
     again = run_friction(CONFIG, 30, seed=5, threads=2)
-    assert again == made
+    assert again == outcomes
     right = friction.simulate_batch
 
     def spoiled(row, column, value):
@@ -157,25 +159,25 @@ def test_friction_of_any_strength_is_simulated_and_its_failures_are_named(monkey
         (spoiled(4, 6, 1.5), "growing energy"),
     ):
         monkeypatch.setattr(friction, "simulate_batch", wrong)
-        made = run_friction(CONFIG, 30, seed=5, threads=1)
-        assert all(kind in outcome.failures for outcome in made)
-        study = Study("x", 1.0, 1.0, 5, 6, (), made)
+        outcomes = run_friction(CONFIG, 30, seed=5, threads=1)
+        assert all(kind in outcome.failures for outcome in outcomes)
+        study = Study("x", 1.0, 1.0, 5, 6, (), outcomes)
         assert not study.holds
-        assert "(seed 5): " + made[0].failures[kind] in failure_lines(study)[0]
+        assert "(seed 5): " + outcomes[0].failures[kind] in failure_lines(study)[0]
 
 
 def test_chains_are_followed_and_each_hit_is_checked():
-    made = run_chains(CONFIG, 20, seed=5)
-    assert [one.hits for one in made] == [60] * 10 + [1000] * 2
-    assert not any(outcome.failures for outcome in made)
-    assert all(len(one.angle_deg) == one.hits for one in made)
-    round_disc, other = made[-2:]
+    outcomes = run_chains(CONFIG, 20, seed=5)
+    assert [one.hits for one in outcomes] == [60] * 10 + [1000] * 2
+    assert not any(outcome.failures for outcome in outcomes)
+    assert all(len(one.angle_deg) == one.hits for one in outcomes)
+    round_disc, other = outcomes[-2:]
     # without a velocity at its contact a round disc loses no more than its bounces, for ever
     assert round_disc.energy == pytest.approx(1.0, abs=1e-6)
     assert round_disc.spin == pytest.approx(1.0, abs=1e-3)
     assert other.energy < 0.999
-    assert len(chain_rows(made)) == len(made)
-    assert chain_picture(made).data.startswith(b"<?xml")
+    assert len(chain_rows(outcomes)) == len(outcomes)
+    assert chain_picture(outcomes).data.startswith(b"<?xml")
 
 
 @pytest.mark.parametrize(
@@ -266,5 +268,7 @@ def test_quick_study_and_spins_of_50_hold():
 
 @pytest.mark.study
 def test_a_million_rebounds_at_each_coefficient_of_friction_end():
-    made = run_friction(CONFIG, 250_000)
-    assert not any(outcome.failures for outcome in made), [str(o) for o in made if o.failures]
+    outcomes = run_friction(CONFIG, 250_000)
+    assert not any(outcome.failures for outcome in outcomes), [
+        str(o) for o in outcomes if o.failures
+    ]

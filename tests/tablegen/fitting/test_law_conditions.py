@@ -33,7 +33,7 @@ from tablegen.fitting.spin_coordinates import (
 )
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import depart, effective_speed
+from tablegen.simulation.impact_chains import effective_speed, simulate_departures
 
 CONFIG = load_config("corundum-steel")
 DOMAIN = covered_range(CONFIG)
@@ -128,7 +128,7 @@ class TestChains:
         impacts, _ = chains
         assert len(impacts.index) == 20 * (N // 20)
         turns = impacts.inertia > 0.0
-        check_range(impacts.of(turns))
+        check_range(impacts.select(turns))
         # half of them keep their speed, and half their effective speed
         each = (impacts.speed, effective_speed(impacts))
         kept = [np.ptp(speeds.reshape(20, -1), axis=0) < 1e-6 for speeds in each]
@@ -141,7 +141,7 @@ class TestChains:
         rng = np.random.default_rng(2)
         discs = np.tile([SHAPE_CODES["ellipsoid"], 0.97, 0.55], (300, 1))
         impacts, _ = chain_impacts(DirectModel(CONFIG), DOMAIN, discs, 41, int, rng)
-        early, late = impacts.of(slice(0, 900)), impacts.of(slice(-900, None))
+        early, late = impacts.select(slice(0, 900)), impacts.select(slice(-900, None))
         flat = [some.alpha1 < math.radians(3.0) for some in (early, late)]
         assert flat[0].mean() < 0.1 < flat[1].mean()
         rolls = [
@@ -160,7 +160,7 @@ class TestChains:
         assert np.median(kappa) > 0.5
 
     def test_neighbours_lie_around_them(self, chains):
-        impacts = chains[0].of(chains[0].inertia > 0.0)
+        impacts = chains[0].select(chains[0].inertia > 0.0)
         moments = of_prisms(impacts)
         near = neighbouring_impacts(impacts, DOMAIN, moments, np.random.default_rng(3))
         check_range(near)
@@ -219,7 +219,7 @@ def test_the_direct_model_simulates_every_spread_impact():
     moments = grain_moments(CONFIG.population, PRISM, grains[:, 1:])
     domain = LawRange((math.radians(1e-3), math.pi / 2.0), (1e-3, 1e4), (1e-3, 2e4))
     impacts = spread_impacts(domain, grains, moments, rng)
-    assert np.isfinite(depart(model, impacts, 1, threads=1).states).all()
+    assert np.isfinite(simulate_departures(model, impacts, 1, threads=1).states).all()
 
 
 def test_half_of_the_grains_follow_the_population_and_half_are_even():

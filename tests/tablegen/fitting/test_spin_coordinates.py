@@ -28,7 +28,7 @@ from tablegen.fitting.spin_coordinates import (
     used_features,
 )
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import Impacts, depart, energy_factor
+from tablegen.simulation.impact_chains import Impacts, energy_factor, simulate_departures
 
 N = 300
 POPULATION = load_config("corundum-steel").population
@@ -198,7 +198,9 @@ def drawn_states(contents, impacts, after):
 def test_draws_make_the_simulated_rebounds_of_their_outcomes(code):
     """States, inertias and works, by the specification and by a table: to single precision."""
     impacts, moments = random_impacts(7, code)
-    departures = depart(DirectModel(load_config("corundum-steel")), impacts, 3, threads=1)
+    departures = simulate_departures(
+        DirectModel(load_config("corundum-steel")), impacts, 3, threads=1
+    )
     energy = energy_factor(impacts.spin, impacts.inertia) ** 2
     outcomes = rebound_outcomes(departures.states, departures.inertia, energy)
     # energies add up: what is left of that before, less that of rotation, is what the wall took
@@ -223,7 +225,7 @@ def test_draws_make_the_simulated_rebounds_of_their_outcomes(code):
         *again, inertia = reference_spin_draw(contents, *condition, impacts.grain[k], words)
         np.testing.assert_allclose(again, expected[k], rtol=1e-6, atol=1e-6 * np.sqrt(energy[k]))
         assert inertia == pytest.approx(departures.inertia[k], rel=1e-7)
-        one, after = impacts.of(slice(k, k + 1)), np.empty(1)
+        one, after = impacts.select(slice(k, k + 1)), np.empty(1)
         drawn = drawn_states(contents, one, after)[0]
         np.testing.assert_allclose(drawn, expected[k], rtol=2e-4, atol=2e-4 * np.sqrt(energy[k]))
         assert after[0] == pytest.approx(departures.inertia[k], rel=1e-5)

@@ -32,10 +32,10 @@ def with_mean(data, name, means):
 
 def test_a_given_form_finds_its_numbers_again_and_says_how_it_was_made(tmp_path, measured):
     path = tmp_path / "my sand.toml"
-    made = calibrate(measured, path, start=small_pair(), free=FREE)
+    calibration = calibrate(measured, path, start=small_pair(), free=FREE)
     assert list(tmp_path.iterdir()) == [path]
     config = load_config(path)
-    assert config == made.config
+    assert config == calibration.config
     assert (config.name, config.spin) == ("my-sand", True)
     assert (config.domain.speed, config.domain.alpha_deg) == ((100.0, 100.0), (0.05, 90.0))
     tree = tomllib.loads(path.read_text())
@@ -44,49 +44,49 @@ def test_a_given_form_finds_its_numbers_again_and_says_how_it_was_made(tmp_path,
     assert config.spin_targets.chain_spin == 0.2
     assert config.population == small_pair().population
     # 4,000 particles a row were measured, and few are simulated
-    np.testing.assert_allclose(made.chosen.values, [0.6, 0.3], atol=0.05)
-    assert not made.missed
-    assert 0.0 < made.chosen.errors.max() < 0.1
-    json.loads(json_text(made.to_dict()))
+    np.testing.assert_allclose(calibration.chosen.values, [0.6, 0.3], atol=0.05)
+    assert not calibration.missed
+    assert 0.0 < calibration.chosen.errors.max() < 0.1
+    json.loads(json_text(calibration.to_dict()))
 
 
 def test_grains_are_tried_and_the_spreads_choose(tmp_path, measured):
-    made = calibrate(measured, tmp_path / "a.toml", threads=1)
-    assert [fit.grains for fit in made.fits] == list(GRAINS)
-    held = [fit for fit in made.fits if fit.holds]
-    assert made.chosen.spread_distance == min(fit.spread_distance for fit in held)
+    calibration = calibrate(measured, tmp_path / "a.toml", threads=1)
+    assert [fit.grains for fit in calibration.fits] == list(GRAINS)
+    holding_fits = [fit for fit in calibration.fits if fit.holds]
+    assert calibration.chosen.spread_distance == min(fit.spread_distance for fit in holding_fits)
     # what grains far from and close to a sphere declare, as their tables reach
-    correlations = [fit.config.accuracy.correlation_error for fit in made.fits]
+    correlations = [fit.config.accuracy.correlation_error for fit in calibration.fits]
     assert correlations == [0.06, 0.06, 0.06, 0.06, 0.5]
-    lines = list(fit_lines(made))
+    lines = list(fit_lines(calibration))
     assert " grains give all 7; the worst is " in lines[0]
     assert lines[1].startswith("spreads: ")
     assert lines[-1].startswith("numbers: the means do not determine restitution at 5°")
-    assert np.isnan(made.chosen.errors[0])
+    assert np.isnan(calibration.chosen.errors[0])
     assert sum("chosen" in line for line in lines) == 1
     again = calibrate(measured, tmp_path / "b" / ".." / "a.toml", threads=2)
-    assert again.config.text == made.config.text
+    assert again.config.text == calibration.config.text
 
 
 def test_without_spreads_or_speeds(measured):
     unknown = np.full(4, np.nan)
     data = replace(without_spreads(measured), speed=unknown, count=unknown)
-    made = calibrate(data, grains="rounded")
-    assert made.config.pair.restitution.valid_speed is None
-    assert made.config.domain.extrapolate
-    assert [one.tolerance for one in made.chosen.means if one.column == "e_n"] == [0.02] * 4
-    assert np.isnan(made.chosen.spread_distance)
+    calibration = calibrate(data, grains="rounded")
+    assert calibration.config.pair.restitution.valid_speed is None
+    assert calibration.config.domain.extrapolate
+    assert [one.tolerance for one in calibration.chosen.means if one.column == "e_n"] == [0.02] * 4
+    assert np.isnan(calibration.chosen.spread_distance)
 
 
 def test_several_speeds_have_a_table_of_restitution(measured):
     twice = some_rows(measured, [0, 1, 2, 3] * 2)
     slower = np.repeat([1.0, 0.8], 4) * twice.moments["e_n"].mean
     data = replace(with_mean(twice, "e_n", slower), speed=np.repeat([50.0, 150.0], 4))
-    made = calibrate(data, grains="well-rounded")
-    assert not made.missed
-    law = made.config.pair.restitution
+    calibration = calibrate(data, grains="well-rounded")
+    assert not calibration.missed
+    law = calibration.config.pair.restitution
     assert (law.speed, law.valid_speed) == ((50.0, 150.0), (50.0, 150.0))
-    assert made.config.domain.speed == (50.0, 150.0)
+    assert calibration.config.domain.speed == (50.0, 150.0)
     values = np.array(law.value)
     assert (values[1:5, 1] < values[1:5, 0]).all()
     assert np.abs(np.diff(values, 2, axis=0)).max() < 0.25
@@ -102,33 +102,33 @@ def test_spheres_give_restitution_and_friction():
     start = truth.with_changes(
         {"pair": {"restitution": {"value": 0.6}, "resistance": {"static": 0.4, "dynamic": 0.3}}}
     )
-    made = calibrate(data, start=start)
-    assert made.chosen.labels == (
+    calibration = calibrate(data, start=start)
+    assert calibration.chosen.labels == (
         "pair.restitution.value",
         "pair.resistance.dynamic",
         "pair.resistance.tangential_restitution[0]",
     )
-    np.testing.assert_allclose(made.chosen.values, [0.9, 0.2, 0.4], atol=0.03)
+    np.testing.assert_allclose(calibration.chosen.values, [0.9, 0.2, 0.4], atol=0.03)
     refused("free", calibrate, data, start=start, free=["pair.resistance.static"])
 
 
 def test_spheres_are_fitted_from_their_measurements_alone():
-    made = calibrate("kharaz-2001", grains="kharaz-2001")
-    assert not made.missed
-    assert made.config.pair.resistance.law == "coulomb"
-    assert max(abs(one.residual) for one in made.chosen.means if one.column == "e_t") < 0.03
-    assert fit_picture(made, "fit.png").data.startswith(b"\x89PNG")
+    calibration = calibrate("kharaz-2001", grains="kharaz-2001")
+    assert not calibration.missed
+    assert calibration.config.pair.resistance.law == "coulomb"
+    assert max(abs(one.residual) for one in calibration.chosen.means if one.column == "e_t") < 0.03
+    assert fit_picture(calibration, "fit.png").data.startswith(b"\x89PNG")
 
 
 def test_angles_from_the_normal_and_rows_that_no_grains_hold(measured):
     rows = some_rows(measured, [0, 1, 2])
     turned = calibrate(with_mean(rows, "e_n", (0.3, 0.45, 0.6)), grains="subrounded")
     assert "if angles are from the normal, give 90 - angle" in turned.advice
-    made = calibrate(with_mean(rows, "e_t", (0.9, 0.1, 0.9)), grains="subrounded")
-    assert made.missed
+    calibration = calibrate(with_mean(rows, "e_t", (0.9, 0.1, 0.9)), grains="subrounded")
+    assert calibration.missed
     verdict = "no population gives all means: subrounded grains come nearest, but miss"
-    assert verdict in "\n".join(fit_lines(made))
-    assert "35 degrees and 100 m/s" in made.advice
+    assert verdict in "\n".join(fit_lines(calibration))
+    assert "35 degrees and 100 m/s" in calibration.advice
 
 
 @pytest.mark.parametrize(

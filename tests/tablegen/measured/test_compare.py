@@ -28,16 +28,16 @@ MEASURED = parse_measurements(
 
 
 @pytest.fixture(scope="module")
-def found():
+def comparison():
     return compare(GRANT, MEASURED, count=200, seed=3)
 
 
-def test_measured_and_simulated_numbers(found):
+def test_measured_and_simulated_numbers(comparison):
     speeds = np.full(3, 100.0)
     rows = SimulatedRows(GRANT, MEASURED.alpha_deg, speeds, seed=3)
     ours = rows.moments(200)
-    assert list(found.means) == list(found.spreads) == ["e_n", "e_t"]
-    mean, spread = found.means["e_n"], found.spreads["e_n"]
+    assert list(comparison.means) == list(comparison.spreads) == ["e_n", "e_t"]
+    mean, spread = comparison.means["e_n"], comparison.spreads["e_n"]
     np.testing.assert_array_equal(mean.simulated, ours.mean["e_n"])
     np.testing.assert_array_equal(spread.simulated_error, ours.std_error["e_n"])
     np.testing.assert_allclose(mean.deviation, ours.mean["e_n"] - [0.6, 0.3, 0.2])
@@ -46,12 +46,12 @@ def test_measured_and_simulated_numbers(found):
     np.testing.assert_allclose(spread.measured_error, [0.01 / math.sqrt(2), np.nan, np.nan])
     error = math.hypot(0.01, ours.mean_error["e_n"][0])
     np.testing.assert_allclose(mean.in_errors, [mean.deviation[0] / error, np.nan, np.nan])
-    assert np.isnan(found.means["e_t"].deviation[1])
-    assert np.isnan(found.spreads["e_t"].deviation).all()
+    assert np.isnan(comparison.means["e_t"].deviation[1])
+    assert np.isnan(comparison.spreads["e_t"].deviation).all()
 
 
-def test_speeds(found):
-    np.testing.assert_array_equal(found.speed, 100.0)
+def test_speeds(comparison):
+    np.testing.assert_array_equal(comparison.speed, 100.0)
     given = compare(CORUNDUM, MEASURED, count=10, speed=250.0)
     np.testing.assert_array_equal(given.speed, [100.0, 100.0, 250.0])
     refused("speed", compare, CORUNDUM, MEASURED, count=10)
@@ -67,26 +67,26 @@ def test_sliding_spheres_of_kharaz():
         resistance = {"law": "coulomb", "static": friction, "dynamic": friction, "source": "MFiX"}
         restitution = {"law": "constant", "value": 0.98, "source": "nearly elastic"}
         changes = {"pair": {"restitution": restitution, "resistance": resistance}}
-        made = compare(GRANT.with_changes(changes), "kharaz-2001", shape="sphere", count=2)
-        rows = made.measured.alpha_deg < 55.0
-        off.append([np.nanmax(abs(m.deviation[rows])) for m in made.means.values()])
+        comparison = compare(GRANT.with_changes(changes), "kharaz-2001", shape="sphere", count=2)
+        rows = comparison.measured.alpha_deg < 55.0
+        off.append([np.nanmax(abs(m.deviation[rows])) for m in comparison.means.values()])
     # reading the points off the figures may add this
     bounds = (0.01, 1.0, 0.03)
-    assert list(made.means) == ["e_t", "rebound_angle_deg", "omega_z"]
+    assert list(comparison.means) == ["e_t", "rebound_angle_deg", "omega_z"]
     assert (np.array(off[0]) < bounds).all()
     assert (np.array(off[1]) > bounds).all()
 
 
 def test_the_shipped_spheres_are_those_of_kharaz():
-    found = compare(load_config("kharaz-2001"), "kharaz-2001", count=2)
+    comparison = compare(load_config("kharaz-2001"), "kharaz-2001", count=2)
     for name, allowed in {"e_t": 0.03, "omega_z": 0.03, "rebound_angle_deg": 1.0}.items():
-        off = found.means[name].deviation
+        off = comparison.means[name].deviation
         assert np.isfinite(off).sum() >= 7
         assert np.nanmax(np.abs(off)) < allowed
 
 
-def test_text_has_every_number(found):
-    lines, mean = comparison_text(found).splitlines(), found.means["e_n"]
+def test_text_has_every_number(comparison):
+    lines, mean = comparison_text(comparison).splitlines(), comparison.means["e_n"]
     start = next(k for k, line in enumerate(lines) if line.startswith("e_n"))
     for k, line in enumerate(lines[start + 2 : start + 5]):
         angle, speed, *numbers = line.split()
@@ -95,15 +95,15 @@ def test_text_has_every_number(found):
         assert numbers[4] == ("-" if k else f"{mean.in_errors[k]:.1f}")
 
 
-def test_json_has_every_number_and_null_for_none(found):
-    made = json.loads(json_text(comparison_tree(found)))
-    assert [row["speed_stated"] for row in made["rows"]] == [True, True, False]
-    first, last = made["rows"][0]["e_n"], made["rows"][2]["e_n"]
-    assert first["mean"]["deviation"] == found.means["e_n"].deviation[0]
-    assert first["mean"]["deviation_over_error"] == found.means["e_n"].in_errors[0]
+def test_json_has_every_number_and_null_for_none(comparison):
+    tree = json.loads(json_text(comparison_tree(comparison)))
+    assert [row["speed_stated"] for row in tree["rows"]] == [True, True, False]
+    first, last = tree["rows"][0]["e_n"], tree["rows"][2]["e_n"]
+    assert first["mean"]["deviation"] == comparison.means["e_n"].deviation[0]
+    assert first["mean"]["deviation_over_error"] == comparison.means["e_n"].in_errors[0]
     assert last["mean"]["deviation_over_error"] is last["spread"]["measured"] is None
-    summary = made["summary"]["e_t"]
-    assert summary["mean_largest_deviation"] == np.nanmax(abs(found.means["e_t"].deviation))
+    summary = tree["summary"]["e_t"]
+    assert summary["mean_largest_deviation"] == np.nanmax(abs(comparison.means["e_t"].deviation))
     assert summary["spread_rms_deviation"] is None
 
 
@@ -122,9 +122,9 @@ def panels(figure):
     return {axes.get_ylabel().split(" $")[0]: axes for axes in figure.axes}
 
 
-def test_picture_draws_measured_and_simulated_numbers(found, drawn):
-    comparison_picture(found, "x.svg")
-    axes, mean = panels(drawn[0]), found.means["e_n"]
+def test_picture_draws_measured_and_simulated_numbers(comparison, drawn):
+    comparison_picture(comparison, "x.svg")
+    axes, mean = panels(drawn[0]), comparison.means["e_n"]
     assert set(axes) == {
         "mean normal restitution",
         "standard deviation of\nnormal restitution",

@@ -26,11 +26,11 @@ FIRST, SECOND = np.array(
 def moments_of(*samples, alpha_deg=30.0, shares=(1.0,)):
     """Moments of one row from the states of each shape."""
     parts = [variables_of(states) for states in samples]
-    return SimulatedMoments.of_rows([mixed_moments(parts, shares, alpha_deg)])
+    return SimulatedMoments.from_rows([mixed_moments(parts, shares, alpha_deg)])
 
 
 def test_quantities_of_hand_made_states():
-    found = moments_of(FIRST)
+    row_moments = moments_of(FIRST)
     s, c = 0.5, math.sqrt(0.75)
     # the angle of the mean velocity, but the spread of the particles' own angles, one beyond 90
     angles = np.degrees([math.atan2(v, u) for u, v in FIRST[:, :2]])
@@ -43,13 +43,18 @@ def test_quantities_of_hand_made_states():
         "omega_z": (-0.2, math.sqrt(0.06)),
     }
     for name, (mean, std) in expected.items():
-        assert found.mean[name][0] == pytest.approx(mean), name
-        assert found.std[name][0] == pytest.approx(std), name
+        assert row_moments.mean[name][0] == pytest.approx(mean), name
+        assert row_moments.std[name][0] == pytest.approx(std), name
 
 
 def test_tangential_restitution_is_undefined_at_normal_impact():
-    found = moments_of(FIRST, alpha_deg=90.0)
-    for moments in (found.mean, found.std, found.mean_error, found.std_error):
+    row_moments = moments_of(FIRST, alpha_deg=90.0)
+    for moments in (
+        row_moments.mean,
+        row_moments.std,
+        row_moments.mean_error,
+        row_moments.std_error,
+    ):
         assert [name for name in QUANTITIES if np.isnan(moments[name][0])] == ["e_t"]
 
 
@@ -76,5 +81,5 @@ def test_chance_errors_are_the_scatter_of_repetitions():
     for name in QUANTITIES:
         for value, error in (("mean", "mean_error"), ("std", "std_error")):
             scatter = np.std([getattr(run, value)[name][0] for run in runs])
-            told = np.mean([getattr(run, error)[name][0] for run in runs])
-            assert told == pytest.approx(scatter, rel=0.15), (name, value)
+            stated_error = np.mean([getattr(run, error)[name][0] for run in runs])
+            assert stated_error == pytest.approx(scatter, rel=0.15), (name, value)

@@ -32,23 +32,23 @@ def read(text):
 def test_a_file_is_read(tmp_path):
     path = tmp_path / "made-up.csv"
     path.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
-    found = read_measurements(path)
-    assert found.about == {"title": "Made up", "particle": "sand"}
-    np.testing.assert_array_equal(found.alpha_deg, [30.0, 30.0, 90.0])
-    np.testing.assert_array_equal(found.speed, [100.0, 200.0, 100.0])
-    np.testing.assert_array_equal(found.moments["e_n"].mean, [0.5, 0.45, 0.2])
-    np.testing.assert_array_equal(found.moments["e_n"].std, [0.1, np.nan, 0.05])
-    np.testing.assert_array_equal(found.moments["omega_z"].mean, [-0.4, np.nan, np.nan])
-    assert np.isnan(found.moments["out_of_plane_deg"].mean).all()
-    np.testing.assert_array_equal(found.count, [250.0, np.nan, np.nan])
-    assert found.source[0] == "Smith, 1999"
-    assert found.remarks == ("first", "", 'with # "quotes" in')
+    measurements = read_measurements(path)
+    assert measurements.about == {"title": "Made up", "particle": "sand"}
+    np.testing.assert_array_equal(measurements.alpha_deg, [30.0, 30.0, 90.0])
+    np.testing.assert_array_equal(measurements.speed, [100.0, 200.0, 100.0])
+    np.testing.assert_array_equal(measurements.moments["e_n"].mean, [0.5, 0.45, 0.2])
+    np.testing.assert_array_equal(measurements.moments["e_n"].std, [0.1, np.nan, 0.05])
+    np.testing.assert_array_equal(measurements.moments["omega_z"].mean, [-0.4, np.nan, np.nan])
+    assert np.isnan(measurements.moments["out_of_plane_deg"].mean).all()
+    np.testing.assert_array_equal(measurements.count, [250.0, np.nan, np.nan])
+    assert measurements.source[0] == "Smith, 1999"
+    assert measurements.remarks == ("first", "", 'with # "quotes" in')
 
 
 def test_a_spread_out_of_the_plane_needs_no_mean():
-    found = read("alpha_deg,e_n,out_of_plane_deg_std,source\n30,0.5,4,s\n60,0.4,,s\n")
-    np.testing.assert_array_equal(found.moments["out_of_plane_deg"].mean, [0.0, np.nan])
-    np.testing.assert_array_equal(found.moments["out_of_plane_deg"].std, [4.0, np.nan])
+    measurements = read("alpha_deg,e_n,out_of_plane_deg_std,source\n30,0.5,4,s\n60,0.4,,s\n")
+    np.testing.assert_array_equal(measurements.moments["out_of_plane_deg"].mean, [0.0, np.nan])
+    np.testing.assert_array_equal(measurements.moments["out_of_plane_deg"].std, [4.0, np.nan])
 
 
 def row(cells, columns="alpha_deg,speed,e_n,e_n_std,e_t,source"):
@@ -155,25 +155,25 @@ PUBLISHED = {
 @pytest.mark.parametrize("key", PUBLISHED, ids=" ".join)
 def test_shipped_rows_are_the_published_polynomials(key):
     name, quantity, which = key
-    found = read_measurements(name)
-    np.testing.assert_array_equal(found.alpha_deg, range(10, 91, 10))
-    values = getattr(found.moments[quantity], which)
-    x = found.alpha_deg if name.startswith("wakeman") else np.radians(found.alpha_deg)
+    measurements = read_measurements(name)
+    np.testing.assert_array_equal(measurements.alpha_deg, range(10, 91, 10))
+    values = getattr(measurements.moments[quantity], which)
+    x = measurements.alpha_deg if name.startswith("wakeman") else np.radians(measurements.alpha_deg)
     expected = np.polynomial.Polynomial(PUBLISHED[key])(x)
     given = np.isfinite(values)
     # digits that are shipped
     np.testing.assert_allclose(values[given], expected[given], atol=0.5001e-4)
     steep = 60.0 if name.startswith("wakeman") else 90.0
-    np.testing.assert_array_equal(given, (quantity == "e_n") | (found.alpha_deg < steep))
+    np.testing.assert_array_equal(given, (quantity == "e_n") | (measurements.alpha_deg < steep))
 
 
 def test_every_shipped_file_says_where_it_is_from():
     names = available(".csv")
     assert {key[0] for key in PUBLISHED} | {"kharaz-2001"} <= set(names)
     for name in names:
-        found = read_measurements(name)
-        assert all(found.source)
-        assert {"title", "particle", "wall"} <= set(found.about)
+        measurements = read_measurements(name)
+        assert all(measurements.source)
+        assert {"title", "particle", "wall"} <= set(measurements.about)
 
 
 def test_what_excel_writes_is_read():
@@ -182,7 +182,7 @@ def test_what_excel_writes_is_read():
         '"# title: sand, on steel",,,,,\n,,,,,\nalpha_deg,e_n,source,,,\n'
         '30,0.5,"a, b",,,\n45,0.4,c,,,\n,,,,,\n'
     )
-    found = read(text)
-    assert found.about["title"] == "sand, on steel"
-    assert found.alpha_deg.tolist() == [30.0, 45.0]
-    assert found.source == ("a, b", "c")
+    measurements = read(text)
+    assert measurements.about["title"] == "sand, on steel"
+    assert measurements.alpha_deg.tolist() == [30.0, 45.0]
+    assert measurements.source == ("a, b", "c")

@@ -28,17 +28,19 @@ def recovered(truth, count, seed, grains=None):
     exact = measured_from(truth, ANGLES, 100_000, seed=seed + 1000)
     noisy = measured_from(truth, ANGLES, count, seed=seed)
     moments = {name: type(m)(m.mean, exact.moments[name].std) for name, m in noisy.moments.items()}
-    made = calibrate(replace(noisy, moments=moments), grains=grains, seed=seed)
+    calibration = calibrate(replace(noisy, moments=moments), grains=grains, seed=seed)
     off = [
         (one.simulated - exact.moments[one.column].mean[one.row]) / one.tolerance
-        for one in made.chosen.means
+        for one in calibration.chosen.means
     ]
-    return made, np.abs(off)
+    return calibration, np.abs(off)
 
 
 def test_means_are_recovered():
-    made, off = recovered(known("rounded", (0.8, 0.5, 0.3), (0.9, 0.4, 0.1)), 1000, 5, "rounded")
-    assert not made.missed
+    calibration, off = recovered(
+        known("rounded", (0.8, 0.5, 0.3), (0.9, 0.4, 0.1)), 1000, 5, "rounded"
+    )
+    assert not calibration.missed
     # the noise of 1,000 particles and the tolerance of the fit
     assert off.max() < 1.5
 
@@ -57,12 +59,12 @@ def drawn(cases):
 def test_means_of_a_hundred_cases():
     right = 0
     for case, grains, truth in drawn(100):
-        made, off = recovered(truth, 2000, case, grains)
-        right += not made.missed and off.max() <= 1.0
+        calibration, off = recovered(truth, 2000, case, grains)
+        right += not calibration.missed and off.max() <= 1.0
     assert right >= 95
 
 
 @pytest.mark.study  # 20 calibrations, half a minute each
 def test_grains_of_twenty_cases():
     chosen = [(recovered(truth, 2000, k)[0].chosen.grains, name) for k, name, truth in drawn(20)]
-    assert sum(found == name for found, name in chosen) >= 18
+    assert sum(grains == name for grains, name in chosen) >= 18

@@ -49,8 +49,8 @@ def fit(miss, rows_missed, distance):
 def test_spreads_choose_among_grains_that_miss_a_row_or_two():
     rounded, well_rounded = fit(1.22, 1, 0.2), fit(1.05, 1, 1.1)
     assert _chosen([fit(1.9, 5, 0.1), rounded, well_rounded]) is rounded
-    held = fit(0.9, 0, 2.0)
-    assert _chosen([rounded, held]) is held
+    holding_fit = fit(0.9, 0, 2.0)
+    assert _chosen([rounded, holding_fit]) is holding_fit
     far = fit(6.0, 1, 0.1)
     assert _chosen([far, well_rounded]) is well_rounded
 

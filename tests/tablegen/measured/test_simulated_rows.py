@@ -34,14 +34,14 @@ def test_strata_are_the_plain_mixture_within_chance(tilt):
         plain = np.hstack([after.velocity, 1e-5 * after.omega]) / 100.0
     else:
         plain = simulate(CONFIG, alpha, 100.0, n, seed=8).state
-    found = rows([30.0, 35.0], tilt=tilt).moments(n // 4)
+    moments = rows([30.0, 35.0], tilt=tilt).moments(n // 4)
     x, far = variables_of(plain), []
     for name, scale in {"e_n": 2.0, "e_t": 1 / np.cos(alpha), "omega_z": 1.0}.items():
         column = scale * x[:, QUANTITIES[name].variable]
         # both have the same number of particles
         for value, error, ours in (
-            (found.mean, found.mean_error, column.mean()),
-            (found.std, found.std_error, column.std()),
+            (moments.mean, moments.mean_error, column.mean()),
+            (moments.std, moments.std_error, column.std()),
         ):
             off = (value[name] - ours) / (np.sqrt(2.0) * error[name])
             assert abs(off[0]) < 5.0, name
@@ -50,15 +50,15 @@ def test_strata_are_the_plain_mixture_within_chance(tilt):
 
 
 def test_spheres_have_the_closed_form_and_no_spread():
-    found = rows([20.0, 60.0], population=MIXTURE.restricted_to("sphere")).moments(50)
+    moments = rows([20.0, 60.0], population=MIXTURE.restricted_to("sphere")).moments(50)
     for k, alpha in enumerate(np.radians([20.0, 60.0])):
         spheres = MIXTURE.restricted_to("sphere")
         (state,) = simulate(CONFIG, alpha, 100.0, 1, seed=3, population=spheres).state
         u, v, omega = state[0], state[1], state[5]
         expected = (v / np.sin(alpha), u / np.cos(alpha), np.degrees(np.arctan2(v, u)), 0.0, omega)
         for name, value in zip(QUANTITIES, expected, strict=True):
-            assert found.mean[name][k] == pytest.approx(value, abs=1e-12), name
-            assert found.std[name][k] < 1e-10
+            assert moments.mean[name][k] == pytest.approx(value, abs=1e-12), name
+            assert moments.std[name][k] < 1e-10
 
 
 def test_random_numbers_are_common():

@@ -45,12 +45,12 @@ def cost():
 )
 def test_means_are_held_by_smooth_laws(measured):
     begun = process_time()
-    made = calibrate(measured, threads=1)
+    calibration = calibrate(measured, threads=1)
     assert process_time() - begun < 180.0
-    assert not made.missed
-    for one in made.chosen.means:
+    assert not calibration.missed
+    for one in calibration.chosen.means:
         assert abs(one.residual) <= {"e_n": 0.02, "e_t": 0.03}[one.column]
-    for fit in made.fits:
+    for fit in calibration.fits:
         values = np.array(fit.config.pair.restitution.value)
         assert np.abs(np.diff(values, 2, axis=0)).max() <= 0.25
 

@@ -20,9 +20,9 @@ def test_the_smoothest_law_holds_every_mean_and_no_more():
     numbers = tabulated([0.5] * 7)
     wanted = np.array([0.9, 0.75, 0.62, 0.4, 0.35, 0.3, 0.1])
     noisy = wanted + np.array([0.02, -0.02, 0.02, -0.02, 0.02, -0.02, 0.02])
-    found = smoothest(numbers, lambda x: (x - noisy) / 0.04)
-    assert found.worst <= 0.8
-    rough = [np.abs(np.diff(x, 2)).sum() for x in (found.x, noisy)]
+    solution = smoothest(numbers, lambda x: (x - noisy) / 0.04)
+    assert solution.worst <= 0.8
+    rough = [np.abs(np.diff(x, 2)).sum() for x in (solution.x, noisy)]
     assert rough[0] < 0.8 * rough[1]
     # one mean of all numbers leaves the rest to smoothness
     alone = smoothest(numbers, lambda x: np.array([(x.mean() - 0.8) / 0.02]))
@@ -34,9 +34,9 @@ def test_the_smoothest_law_holds_every_mean_and_no_more():
     assert beyond.worst == pytest.approx(10.0, rel=1e-3)
     # a law that zigzags holds nothing
     zigzag = np.array([0.8, 0.4] * 3 + [0.8])
-    found = smoothest(numbers, lambda x: (x - zigzag) / 0.02)
-    assert np.abs(np.diff(found.x, 2)).max() <= 0.25
-    assert not found.holds
+    solution = smoothest(numbers, lambda x: (x - zigzag) / 0.02)
+    assert np.abs(np.diff(solution.x, 2)).max() <= 0.25
+    assert not solution.holds
 
 
 def test_bootstrapped_errors_follow_the_noise():
@@ -46,7 +46,7 @@ def test_bootstrapped_errors_follow_the_noise():
     sizes = []
     for noise in (0.005, 0.02):
         measured = 0.8 - 0.08 * place + rng.normal(0.0, noise, place.size)
-        found = smoothest(numbers, lambda x, y=measured: (weights @ x - y) / 0.06)
+        solution = smoothest(numbers, lambda x, y=measured: (weights @ x - y) / 0.06)
         rows = np.arange(place.size)
-        sizes.append(np.std(bootstrapped(numbers, found, rows, 1), axis=0).mean())
+        sizes.append(np.std(bootstrapped(numbers, solution, rows, 1), axis=0).mean())
     assert 2.0 < sizes[1] / sizes[0] < 8.0

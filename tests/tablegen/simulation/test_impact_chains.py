@@ -9,13 +9,13 @@ from tablegen.config.config import load_config
 from tablegen.model.model_bounds import MOST_TURNED
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
-    depart,
     effective_speed,
     energy_factor,
     first_impacts,
-    joined_impacts,
+    join_impacts,
     next_impacts,
-    possible,
+    raise_to_limits,
+    simulate_departures,
 )
 
 CONFIG = load_config("corundum-steel")
@@ -27,7 +27,7 @@ INDEX = np.arange(400, dtype=np.uint64)
 def departures():
     alpha = np.radians(np.linspace(0.5, 90.0, len(INDEX)))
     start = first_impacts(alpha, np.full(len(INDEX), 200.0), MODEL.grains(3, INDEX), INDEX)
-    return depart(MODEL, start, 3)
+    return simulate_departures(MODEL, start, 3)
 
 
 def frames_of(departures, impacts, reflected):
@@ -74,7 +74,7 @@ def test_the_next_impact_is_that_of_the_lab_frame(departures, any_wall):
 
 def test_energies_before_and_after_an_impact_add_up(departures):
     impacts = next_impacts(departures, np.full(len(INDEX), True), np.full((len(INDEX), 2), 0.3))
-    left = depart(MODEL, impacts, 3)
+    left = simulate_departures(MODEL, impacts, 3)
     before = energy_factor(impacts.spin, impacts.inertia) ** 2
     after = np.sum(left.states[:, :3] ** 2, axis=1)
     after += left.inertia * np.sum(left.states[:, 3:] ** 2, axis=1)
@@ -90,19 +90,19 @@ def test_the_direct_model_simulates_possible_impacts():
     grain = MODEL.grains(3, INDEX)
     impacts = first_impacts(np.full(400, 1e-4), np.full(400, 1e-12), grain, INDEX)
     impacts = impacts._replace(spin=np.geomspace(1e-3, 900.0, 1200).reshape(400, 3))
-    raised = possible(impacts)
+    raised = raise_to_limits(impacts)
     turned = 2.0 * np.linalg.norm(raised.spin, axis=1) / np.sin(raised.alpha1)
     assert turned.max() < MOST_TURNED
-    assert np.isfinite(depart(MODEL, raised, 3).states).all()
+    assert np.isfinite(simulate_departures(MODEL, raised, 3).states).all()
     # impacts that can be simulated stay as they are
     usual = first_impacts(np.full(400, 0.5), np.full(400, 100.0), grain, INDEX)
-    for one, two in zip(usual, possible(usual), strict=True):
+    for one, two in zip(usual, raise_to_limits(usual), strict=True):
         np.testing.assert_array_equal(one, two)
 
 
 def test_impacts_are_selected_and_joined():
     grain = MODEL.grains(3, INDEX)
     impacts = first_impacts(np.linspace(0.1, 1.0, 400), np.full(400, 100.0), grain, INDEX)
-    parts = [impacts.of(slice(0, 100)), impacts.of(np.arange(100, 400))]
-    for one, two in zip(joined_impacts(parts), impacts, strict=True):
+    parts = [impacts.select(slice(0, 100)), impacts.select(np.arange(100, 400))]
+    for one, two in zip(join_impacts(parts), impacts, strict=True):
         np.testing.assert_array_equal(one, two)

@@ -7,7 +7,7 @@ import pytest
 from refusals import refused
 
 from tablegen.config.config import load_config
-from tablegen.tables.axes import LOOKUP_SIZES, first_grid, make_axes, middle_of, middles
+from tablegen.tables.axes import LOOKUP_SIZES, first_grid, make_axes, middle_condition, middles
 from tablegen.tables.intervals import Grid, Place
 
 SHIPPED = load_config("corundum-steel")
@@ -53,19 +53,19 @@ def test_nodes_and_look_up_span_the_domain(domain):
 class TestMiddles:
     def test_halve_an_interval_in_its_abscissa(self):
         alpha, speed = middles(SHIPPED.with_changes({"table": {"seed": 2}}))
-        found = alpha(30.0, 60.0)
+        middle = alpha(30.0, 60.0)
         half = 0.5 * (np.sqrt(30.0) + np.sqrt(60.0))
-        assert np.sqrt(found) == pytest.approx(half, abs=1e-3 * (np.sqrt(60.0) - np.sqrt(30.0)))
-        assert abs(found - 45.0) > 0.5
-        found = speed(100.0, 300.0)
+        assert np.sqrt(middle) == pytest.approx(half, abs=1e-3 * (np.sqrt(60.0) - np.sqrt(30.0)))
+        assert abs(middle - 45.0) > 0.5
+        middle = speed(100.0, 300.0)
         x = np.exp(-0.1 * np.array([100.0, 300.0]) ** 0.61)
-        assert np.exp(-0.1 * found**0.61) == pytest.approx(x.mean(), abs=2e-3 * (x[0] - x[1]))
+        assert np.exp(-0.1 * middle**0.61) == pytest.approx(x.mean(), abs=2e-3 * (x[0] - x[1]))
 
     def test_are_where_a_place_is_tried(self):
         alpha, speed = middles(SHIPPED)
         place = Place((30.0, 60.0), (100.0, 300.0))
-        assert middle_of(SHIPPED, place) == (alpha(30.0, 60.0), speed(100.0, 300.0))
-        assert middle_of(SHIPPED, Place((30.0,), (100.0,))) == (30.0, 100.0)
+        assert middle_condition(SHIPPED, place) == (alpha(30.0, 60.0), speed(100.0, 300.0))
+        assert middle_condition(SHIPPED, Place((30.0,), (100.0,))) == (30.0, 100.0)
 
     def test_there_are_none_on_a_fixed_axis(self):
         fixed = {"alpha_nodes_deg": [0.05, 45.0, 90.0]}
@@ -83,11 +83,11 @@ def test_look_up_is_linear_in_the_abscissa_of_the_speed():
         return -np.exp(-0.1 * speed**0.61)
 
     values = np.random.default_rng(3).uniform(nodes[0], nodes[-1], 2000)
-    found = looked_up(coordinate, nodes, values)
+    index = looked_up(coordinate, nodes, values)
     expected = np.interp(abscissa(values), abscissa(np.array(nodes)), np.arange(3))
     # entries are straight pieces: most off where the abscissa bends, by less than one entry
     entry = np.diff(coordinate).max()
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=entry)
+    np.testing.assert_allclose(index, expected, rtol=0.0, atol=entry)
     # Refused: an index that is linear in the speed itself.
     assert np.abs(np.interp(values, nodes, np.arange(3)) - expected).max() > 20.0 * entry
 
@@ -123,8 +123,8 @@ class TestCloseNodes:
         ]
         for nodes, coordinate in both(make_axes(config, Grid(*grid))):
             assert len(nodes) > 100
-            found = looked_up(coordinate, nodes, nodes)
-            np.testing.assert_allclose(found, range(len(nodes)), rtol=0.0, atol=0.01)
+            index = looked_up(coordinate, nodes, nodes)
+            np.testing.assert_allclose(index, range(len(nodes)), rtol=0.0, atol=0.01)
             assert (np.diff(coordinate) > 0.0).all()
 
 

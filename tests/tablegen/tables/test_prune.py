@@ -126,26 +126,26 @@ def test_what_stays_of_both_laws_has_the_same_draws(spinning, tmp_path, kept):
     prune(whole, config.with_changes({"domain": {"variables": list(kept)}}), tmp_path / "cut.h5")
     full, part = sampler.load(whole), sampler.load(tmp_path / "cut.h5")
     assert part.columns == kept
-    assert read_table(tmp_path / "cut.h5")["spin/mean"].shape[-1] == (
-        8 if "work_shear" in kept else 7
-    )
+    outcomes = 8 if "work_shear" in kept else 7
+    assert read_table(tmp_path / "cut.h5")["spin/mean"].shape[-1] == outcomes
     columns = [full.columns.index(name) for name in kept]
     out = [k for k, name in enumerate(STATE) if name not in kept]
     keys = {"seed": 3, "index": np.arange(500), "hit": 0}
     after = np.empty((2, 500))
     for spin in (None, [0.3, -0.5, 0.8]):
         states = full.sample(0.8, 100.0, spin=spin, **keys, inertia_after=after[0])
-        found = part.sample(0.8, 100.0, spin=spin, **keys, inertia_after=after[1])
-        np.testing.assert_array_equal(found, states[:, columns])
+        cut_states = part.sample(0.8, 100.0, spin=spin, **keys, inertia_after=after[1])
+        np.testing.assert_array_equal(cut_states, states[:, columns])
         np.testing.assert_array_equal(*after)
     # the impact has the axes of the laboratory, where variables that are left out are 0
     impact = [60.0, -80.0, 0.0], [0.0, 1.0, 0.0], 1e-3
-    for how in ({"grain": "fresh"}, {}, {"omega": [3e4, -5e4, 8e4]}):
-        wanted, found = (table.rebound(*impact, **how, **keys) for table in (full, part))
-        states = np.hstack([wanted.velocity, wanted.omega])
+    for arrival in ({"grain": "fresh"}, {}, {"omega": [3e4, -5e4, 8e4]}):
+        whole_rebound = full.rebound(*impact, **arrival, **keys)
+        cut_rebound = part.rebound(*impact, **arrival, **keys)
+        states = np.hstack([whole_rebound.velocity, whole_rebound.omega])
         states[:, out] = 0.0
-        np.testing.assert_array_equal(np.hstack([found.velocity, found.omega]), states)
-        np.testing.assert_array_equal(found.inertia, wanted.inertia)
+        np.testing.assert_array_equal(np.hstack([cut_rebound.velocity, cut_rebound.omega]), states)
+        np.testing.assert_array_equal(cut_rebound.inertia, whole_rebound.inertia)
 
 
 @pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")

@@ -47,10 +47,10 @@ def errors(monkeypatch):
 
     def trial(config, place, condition, nodes, names):
         error = 0.05 * np.ptp(place.alpha_deg) ** 2 * config.accuracy.ks
-        found = {name: np.array(metric.least) for name, metric in METRICS.items()}
+        distances = {name: np.array(metric.least) for name, metric in METRICS.items()}
         auc = np.array(0.5 + mixture_error(nodes[0].mean.shape[0]))
-        found |= {"ks": np.array([error]), "auc": auc}
-        return {name: found[name] for name in names}
+        distances |= {"ks": np.array([error]), "auc": auc}
+        return {name: distances[name] for name in names}
 
     monkeypatch.setattr(REFINE, "interpolation_errors", trial)
 
@@ -115,18 +115,18 @@ def test_classifier_is_asked_in_the_worst_cell_between_two_angles(monkeypatch):
 class TestSimulated:
     def test_same_plan_on_any_number_of_workers_and_when_resumed(self, tmp_path):
         config = open_config(components=8).with_changes({"domain": {"speed": [150.0, 150.0]}})
-        made = []
+        grids = []
         for workers in (1, 3):
             with ThreadPoolExecutor(workers) as pool:
-                made.append(refine_grid(config, TaskRunner(executor=pool)))
+                grids.append(refine_grid(config, TaskRunner(executor=pool)))
         store = CheckpointStore(tmp_path / "t.h5", "fingerprint")
         refine_grid(config, TaskRunner(store))
         pieces = sorted(store.folder.glob("piece-*.npz"))
         for piece in pieces[::2]:
             piece.unlink()
-        made.append(refine_grid(config, TaskRunner(store)))
-        first = made[0]
-        for refined in made[1:]:
+        grids.append(refine_grid(config, TaskRunner(store)))
+        first = grids[0]
+        for refined in grids[1:]:
             assert refined[:2] == first[:2]
             for a, b in zip(refined.nodes, first.nodes, strict=True):
                 for x, y in zip(a, b, strict=True):
