@@ -214,14 +214,14 @@ HEADER_DTYPE = np.dtype([(f.name, f.dtype, (f.count,) if f.count > 1 else ()) fo
 
 
 def field_offset(name: str) -> int:
-    """Offset of a field of the header."""
+    """Find the offset of a field of the header."""
     fields = HEADER_DTYPE.fields
     assert fields is not None
     return fields[name][1]
 
 
 def layout_text() -> str:
-    """Field lists of a binary table as two blocks of text, for the page on the format."""
+    """Write the lists of fields of a binary table as two blocks of text, for the page."""
     fields = [("offset", "field", "type", "meaning")]
     for field in HEADER:
         kind = field.dtype.strip("<") + (f" x {field.count}" if field.count > 1 else "")
@@ -236,7 +236,7 @@ def layout_text() -> str:
 
 
 def _block(rows: Sequence[tuple[str, ...]]) -> str:
-    """Rows as a block of text in columns."""
+    """Write rows as a block of text in columns."""
     widths = [max(len(row[k]) for row in rows) for k in range(3)]
     lines = ["  ".join((*map(str.ljust, row, widths), row[3])) for row in rows]
     return "```text\n" + "\n".join(lines) + "\n```\n"

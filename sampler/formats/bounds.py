@@ -64,12 +64,12 @@ _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
 
 
 def is_line(text: str) -> bool:
-    """Whether a text can be shown on a terminal as it is: one line, nothing that controls it."""
+    """Tell whether a text is one line that does not control a terminal."""
     return text.isprintable()
 
 
 def is_text(text: str) -> bool:
-    """Whether a text of several lines can be shown on a terminal as it is.
+    """Tell whether no line of a text controls a terminal.
 
     Other characters that `str.isprintable` refuses, such as spaces that do not break, stand in
     comments that people paste, and do no harm.

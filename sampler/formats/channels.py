@@ -84,13 +84,13 @@ _NEEDS = {
 
 
 def channels_for(variables: Iterable[str]) -> tuple[str, ...]:
-    """Channels from which variables of a state are made, in the order `CHANNELS`."""
+    """List the channels from which variables of a state are made, in the order `CHANNELS`."""
     needed = {channel for variable in variables for channel in _NEEDS[variable]}
     return tuple(channel for channel in CHANNELS if channel in needed)
 
 
 def to_channels(state: "NDArray[np.float64]") -> "NDArray[np.float64]":
-    """Channels of rebound states; the inverse of what a draw does last.
+    """Compute the channels of rebound states, the inverse of what a draw does last.
 
     Parameters
     ----------
@@ -129,5 +129,5 @@ def to_channels(state: "NDArray[np.float64]") -> "NDArray[np.float64]":
 
 
 def has_works(variables: Iterable[str]) -> bool:
-    """Whether the work of the impulses is among some variables."""
+    """Tell whether the work of the impulses is among some variables."""
     return not set(WORKS).isdisjoint(variables)

@@ -44,7 +44,7 @@ def first_refused(values: Array, refused: Array, allowed: str) -> TableError | N
 
 
 def _finite(values: Array, _: Mapping[str, Array]) -> TableError | None:
-    """No NaN, no infinity."""
+    """Refuse NaN and infinity."""
     return first_refused(values, ~np.isfinite(values), "finite numbers")
 
 
@@ -52,7 +52,7 @@ finite = Check("finite", _finite)
 
 
 def _increasing(values: Array, _: Mapping[str, Array]) -> TableError | None:
-    """Strictly increasing along the last dimension."""
+    """Refuse values that do not increase along the last dimension."""
     refused = np.diff(values, axis=-1) <= 0.0
     return first_refused(values[..., 1:], refused, "larger than the value before")
 
@@ -61,7 +61,7 @@ increasing = Check("increasing", _increasing)
 
 
 def _steps_apart(values: Array, _: Mapping[str, Array]) -> TableError | None:
-    """Positive numbers, each larger than the one before by more than a rounding."""
+    """Refuse numbers that are not larger than the one before by more than a rounding."""
     refused = values[1:] - values[:-1] < LEAST_STEP * values[1:]
     allowed = f"larger than the value before, by {LEAST_STEP:g} of it"
     return first_refused(values[1:], refused, allowed)
@@ -71,7 +71,7 @@ apart = Check(f"each larger than the one before, by {LEAST_STEP:g} of it", _step
 
 
 def _non_decreasing(values: Array, _: Mapping[str, Array]) -> TableError | None:
-    """Not decreasing along the last dimension."""
+    """Refuse values that decrease along the last dimension."""
     refused = values[..., 1:] < values[..., :-1]  # no difference, which small integers overflow
     return first_refused(values[..., 1:], refused, "at least the value before (non-decreasing)")
 
@@ -232,7 +232,7 @@ spin_children = Check("a later node, or -1 - leaf", _spin_children)
 
 
 def _spin_leaves_the_wall(values: Array, _: Mapping[str, Array]) -> TableError | None:
-    """Quantiles of p_v: 0 or more, and positive from the second on, so that v is positive."""
+    """Refuse quantiles of p_v below 0, or 0 from the second on: v must be positive."""
     v = values[:, 1]
     problem = first_refused(v, v < 0.0, "0 or more, of p_v")
     return problem or first_refused(v[:, 1:], v[:, 1:] < 1e-9, "1e-9 or more, of p_v")
@@ -250,7 +250,7 @@ _LAW_NUMBERS = 8
 
 
 def _is_table(numbers: Array, most_speeds: float) -> bool:
-    """Whether numbers are a table over increasing angles and speeds."""
+    """Tell whether numbers are a table over increasing angles and speeds."""
     n, m = numbers[:2] if len(numbers) > 1 else (0.0, 0.0)
     if not (n >= 1.0 and 1.0 <= m <= most_speeds and len(numbers) == 2.0 + n + m + n * m):
         return False

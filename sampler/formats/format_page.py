@@ -35,13 +35,13 @@ def _row(dataset: Dataset) -> str:
 
 
 def _list_of(datasets: Iterable[Dataset]) -> str:
-    """Datasets as a Markdown table."""
+    """Write datasets as a Markdown table."""
     head = ["| dataset | type | shape | units | meaning | values |", "|---|---|---|---|---|---|"]
     return "\n".join(head + [_row(dataset) for dataset in datasets]) + "\n"
 
 
 def quantiles_text() -> str:
-    """Bounds of the quantiles of each channel as an indented block."""
+    """Write the bounds of the quantiles of each channel as an indented block."""
     return "".join(f"    {name} ({low:g}, {high:g})\n" for name, (low, high) in QUANTILES.items())
 
 

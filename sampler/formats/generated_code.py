@@ -168,7 +168,7 @@ def checked_constants() -> str:
 
 
 def _dimensions() -> list[str]:
-    """Bounds of the dimensions of arrays, and of the number of columns."""
+    """List the bounds of the dimensions of arrays, and of the number of columns."""
     named = [(there, name) for there, names in _DIMENSIONS.items() for name in names.split()]
     named.append(("1", "n_columns"))
     return [", ".join(map(str, (*pair, *bounds.LENGTHS[pair[1]]))) for pair in named]
@@ -182,7 +182,10 @@ def _macro(name: str, entries: list[str]) -> list[str]:
 
 
 def _array_arguments(array: StoredArray) -> str:
-    """Rows are those of the nodes or cells where the array has such; the product fits 64 bits."""
+    """Write what C checks of an array; the numbers of its rows are nodes or cells if it has them.
+
+    The product of the other dimensions fits 64 bits.
+    """
     dims = [f"h->{d}" if isinstance(d, str) else str(d) for d in array.dims]
     stride = "rbti_expert_stride(h->n_outcomes)"
     rows, *rest = (stride if d == "h->expert_stride" else d for d in dims)
@@ -259,7 +262,7 @@ PARTS = {
 
 
 def generated(name: str, text: str) -> str:
-    """Text of a file of `PARTS` with its marked parts brought up to date."""
+    """Bring the marked parts in the text of a file of `PARTS` up to date."""
     marks = {".f90": "  ! {} {}", ".md": "<!-- {} {} -->"}
     mark = next((mark for end, mark in marks.items() if name.endswith(end)), "/* {} {} */")
     return filled(text, name, PARTS[name], mark)

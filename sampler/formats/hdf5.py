@@ -91,8 +91,8 @@ def _check_units(path: str, given: Any, known: str) -> None:
         raise TableError("units", value_text(given), repr(known), source=path)
 
 
-def _coerced(dataset: Dataset, values: Any) -> Array:
-    """Values in the type of the file; refuses what would not survive the change."""
+def _convert_values(dataset: Dataset, values: Any) -> Array:
+    """Convert values to the type of the file; refuse values that the conversion would change."""
     target = np.dtype(dataset.dtype)
     array = np.asarray(values)
     if array.dtype.kind not in ("iu" if target.kind in "iu" else "f"):
@@ -118,7 +118,7 @@ def _check_values(arrays: Mapping[str, Array]) -> None:
 
 
 def _check_ranges(quantiles: Array, marginals: tuple[str, ...]) -> None:
-    """Quantiles within what is physical."""
+    """Refuse quantiles beyond what is physical."""
     for k, name in enumerate(marginals):
         low, high = QUANTILES[name]
         part = quantiles[..., k, :]
@@ -193,14 +193,14 @@ class TableContents:
         for dim, (needed, why) in self._lengths().items():
             if lengths.get(dim, needed) != needed:
                 raise TableError(dim, str(lengths[dim]), f"{needed}, {why}")
-        arrays = {d.path: _coerced(d, self.datasets[d.path]) for d in layout}
+        arrays = {d.path: _convert_values(d, self.datasets[d.path]) for d in layout}
         _check_values(arrays)
         if not self.of_spheres:
             _check_ranges(arrays["marginals/quantiles"], self.marginals)
         object.__setattr__(self, "datasets", arrays)
 
     def _lengths(self) -> dict[str, tuple[int, str]]:
-        """Lengths that follow from the names, and why."""
+        """Find the lengths that follow from the names, and why."""
         outcomes = N_OUTCOMES_WITH_WORKS if has_works(self.variables) else N_OUTCOMES
         lengths = {
             "n_columns": (len(self.variables), "one for each name"),
@@ -265,7 +265,7 @@ class TableContents:
 
 
 def content_sha256(datasets: Mapping[str, Array], attributes: Mapping[str, Any]) -> str:
-    """Checksum of datasets by path and of root attributes; see the head of this module."""
+    """Compute the checksum of datasets and root attributes, as the head of this module says."""
     digest = hashlib.sha256()
     for path in sorted(datasets):
         values = np.ascontiguousarray(datasets[path])
@@ -301,7 +301,7 @@ def write_table(path: str | Path, contents: TableContents) -> None:
 
 
 def _file_image(contents: TableContents) -> bytes:
-    """Bytes of a table file, made in memory: HDF5 crashes the process where a disk is full."""
+    """Make a table file in memory, because HDF5 crashes the process if a disk is full."""
     with h5py.File("table", "w", driver="core", backing_store=False, libver="earliest") as file:
         layout = layout_of(contents.datasets)
         for dataset in layout:

@@ -21,7 +21,7 @@ def _shape_text(dims: tuple[str | int, ...], lengths: Mapping[str, int]) -> str:
 
 
 def check_shapes(shapes: Mapping[str, tuple[int, ...]]) -> dict[str, int]:
-    """Lengths of the named dimensions, from the shapes of all datasets by path.
+    """Find the lengths of the named dimensions, from the shapes of all datasets by path.
 
     Raises
     ------

@@ -221,7 +221,7 @@ class Population(Record):
         return bool(self.kernel_arguments().aspect[:, 0].min() > _NEARLY_ROUND)
 
     def _weighty_meshes(self) -> tuple[MeshShape, ...]:
-        """Meshes with positive weight."""
+        """List the meshes that have a positive weight."""
         return tuple(mesh for mesh in self.meshes if mesh.weight > 0.0)
 
     def restricted_to(self, shape: str) -> "Population":

@@ -111,7 +111,7 @@ def _mode_at_normal(shape: str, curve: _Curve) -> tuple[str, bool] | None:
 
 
 def indicatrix_maxima(scattering: FloatArray) -> list[float]:
-    """Angles alpha2 [degrees] of maxima that stand out by a fortieth of the highest."""
+    """Find the angles alpha2 [degrees] of maxima that stand out by a fortieth of the highest."""
     density = gaussian_filter1d(scattering, 5.0)
     # at grazing impact the highest bin may be the first
     peaks, _ = find_peaks(np.pad(density, 1), prominence=0.025 * density.max())

@@ -124,7 +124,7 @@ def _numbered(
 def _curve_figure(
     statistics: FigureStatistics, number: int, title: str, panels: tuple[tuple[str, str], ...]
 ) -> Picture:
-    """Means or most probable values against the impact angle."""
+    """Draw means or most probable values against the impact angle."""
     figure = new_figure(9.5, 4.6)
     columns = figure.subplots(1, 2)
     for axes, letter, (quantity, which) in zip(columns, "ab", panels, strict=True):
@@ -168,7 +168,7 @@ def _density(counts: FloatArray, size: int, width: float) -> FloatArray:
 
 
 def _density_figure(statistics: FigureStatistics, number: int, name: str, title: str) -> Picture:
-    """Densities of two shapes, in the paper ellipsoids and prisms, and of the mixture."""
+    """Draw the densities of two shapes, in the paper ellipsoids and prisms, and of the mixture."""
     low, high, bins = DENSITY[name]
     centres = low + (np.arange(bins) + 0.5) * (high - low) / bins
     shapes = [*(shape for shape in statistics.curves if shape not in (MIXTURE, TABLE))][:2]
@@ -207,7 +207,7 @@ def _density_figure(statistics: FigureStatistics, number: int, name: str, title:
 
 
 def _surface(sample: SampleStatistics) -> tuple[FloatArray, FloatArray]:
-    """Points of the spatial indicatrix, x, -z and y, shape (3, n, m), and its values, (n, m)."""
+    """Compute points of the spatial indicatrix, (3, n, m): x, -z and y; and its values, (n, m)."""
     rows, columns = SPATIAL_BINS
     counts = gaussian_filter(sample.spatial, _BLUR, mode="nearest")
     values = counts / (sample.count * (np.pi / rows) * (np.pi / columns))

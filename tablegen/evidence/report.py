@@ -116,7 +116,7 @@ class Report:
     seconds: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Every number, JSON-ready."""
+        """Return every number, as JSON takes it."""
         return {"software_version": sampler.__version__, **asdict(self)}
 
 

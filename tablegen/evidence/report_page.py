@@ -36,14 +36,14 @@ _DIRECT, _TABLE = range(300, 302)
 
 
 def _error_cells(errors: Mapping[str, BatchMean]) -> list[str]:
-    """Mean of each metric, and the share of forbidden states."""
+    """Write the mean of each metric, and the share of forbidden states."""
     cells = [metric.text(errors[name].mean) for name, metric in METRICS.items()]
     share = errors["forbidden"].mean
     return [*cells, f"{share:.1%}" if share >= 5e-4 else f"{share:.0e}" if share else "0"]
 
 
 def method_rows(race: Benchmark) -> list[list[str]]:
-    """Cells of all methods at one condition, the noise floor first."""
+    """Write the cells of all methods at one condition, the noise floor first."""
     rows = [["noise floor: direct against direct", "", "", "", *_error_cells(race.floor)]]
     for r in race.runners:
         costs = [f"{r.nanoseconds:,.0f}", f"{r.bytes:,}" if r.bytes else "-"]
@@ -53,7 +53,7 @@ def method_rows(race: Benchmark) -> list[list[str]]:
 
 
 def map_rows(report: Report, declared: Mapping[str, float]) -> list[list[str]]:
-    """Cells of the accuracy map, those nearest to the declared accuracy first; then its limits."""
+    """Write the cells of the accuracy map, the worst conditions first, and then its limits."""
     points = report.atlas.points
     distances = [{name: e.value for name, e in point.estimates.items()} for point in points]
     ranked = sorted((*worst_share(values, declared), k) for k, values in enumerate(distances))

@@ -166,7 +166,7 @@ def _simulated(
 
 
 def _finite(run: Simulation) -> Any:
-    """Particles with a finite state and energy, boolean array (n,)."""
+    """Mark the particles with a finite state and energy, (n,)."""
     audited = bool(np.isfinite(run.audit).all())
     return audited & np.isfinite(np.column_stack([run.state, run.energy])).all(axis=1)
 

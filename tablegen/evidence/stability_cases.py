@@ -38,7 +38,7 @@ class Case:
         )
 
     def population(self, config: Config) -> Population:
-        """Particles of this form only, prisms truncated as in the configuration."""
+        """Restrict the population to this form, with prisms truncated as in the configuration."""
         return config.population.restricted_to(self.shape).with_aspect(*self.aspect)
 
 

@@ -29,7 +29,7 @@ MOST_GAIN = 1e-9
 
 
 def failures_of(growth: float | None, most: float, velocity: float | None) -> dict[str, str]:
-    """Failures of a gain of energy and a least v+ [V], a line each; None is no failure."""
+    """Describe a gain of energy and a least v+ [V] that are failures; None is no failure."""
     failures = {}
     if growth is not None and growth > most:
         failures["growing energy"] = f"energy grows by {growth:.3g}, allowed: {most:g}"

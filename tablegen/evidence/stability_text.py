@@ -80,7 +80,7 @@ def worst_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
 
 
 def friction_rows(outcomes: Sequence[FrictionOutcome]) -> list[list[str]]:
-    """Cells by static and dynamic coefficient, over the restitutions."""
+    """Write the cells by static and dynamic coefficient, over the restitutions."""
     groups: dict[tuple[float, float], list[FrictionOutcome]] = {}
     for outcome in outcomes:
         groups.setdefault((outcome.static, outcome.dynamic), []).append(outcome)
@@ -105,7 +105,7 @@ def friction_rows(outcomes: Sequence[FrictionOutcome]) -> list[list[str]]:
 
 
 def chain_rows(outcomes: Sequence[ChainOutcome]) -> list[list[str]]:
-    """Cells of each chain of hits."""
+    """Write the cells of each chain of hits."""
 
     def text(value: float | None, form: str) -> str:
         return "-" if value is None else format(value, form)

@@ -89,7 +89,7 @@ def _rounded(value: float, step: float) -> float:
 
 
 def _speed_axis(config: Config, first: float, last: float) -> Abscissa:
-    """Abscissa of the speed; refuses a domain whose ends it cannot distinguish."""
+    """Return the abscissa of the speed; refuse a domain whose ends it cannot distinguish."""
     ends = config.speed_coordinate(np.array([first, last]))
     if not (np.all(ends != 0.0) and (first == last or ends[0] != ends[1])):
         raise InputError(
@@ -102,7 +102,10 @@ def _speed_axis(config: Config, first: float, last: float) -> Abscissa:
 
 
 def first_grid(config: Config) -> Grid:
-    """Nodes that a configuration names, or else a coarse grid: of one speed if none matters."""
+    """Make the grid that a configuration names, or else a coarse one.
+
+    If no law depends on the speed, the coarse grid has one speed.
+    """
     domain, table = config.domain, config.table
     alpha, speed = np.array(table.alpha_nodes_deg or ()), np.array(table.speed_nodes or ())
     if alpha.size == 0:
@@ -149,7 +152,7 @@ def _pieces(config: Config, field: str, ends: tuple[float, float]) -> Iterator[t
 
 
 def most_nodes(config: Config, grid: Grid) -> tuple[int, int]:
-    """Largest numbers of angles and of speeds to which a first grid may be refined."""
+    """Find the largest numbers of angles and of speeds to which a first grid may be refined."""
     fixed = config.table.alpha_nodes_deg is not None, config.table.speed_nodes is not None
     shares = _NEW_NODES if len(grid.speed) > 1 else _NEW_NODES_OF_ONE_SPEED
     sizes = zip(map(len, grid), fixed, shares, strict=True)
@@ -158,7 +161,7 @@ def most_nodes(config: Config, grid: Grid) -> tuple[int, int]:
 
 
 def middles(config: Config) -> tuple[Middle, Middle]:
-    """Functions that halve intervals of angle and of speed in the middle of their abscissa.
+    """Make functions that halve intervals of angle and of speed in the middle of their abscissa.
 
     They return None on an axis whose nodes the configuration names, and for narrow intervals.
     """
@@ -210,7 +213,7 @@ def _lookup(field: str, nodes: FloatArray, index_at: Abscissa) -> FloatArray:
 
 
 def middle_condition(config: Config, place: Place) -> tuple[float, float]:
-    """Condition in the middle of a place, in the abscissas of the axes."""
+    """Find the condition in the middle of a place, in the abscissas of the axes."""
     alpha, speed = place
     return (
         alpha[0] if len(alpha) == 1 else _halfway(np.sqrt, *alpha),

@@ -34,12 +34,12 @@ class Grid(NamedTuple):
     speed: tuple[float, ...]
 
     def edges(self) -> list[Place]:
-        """Edges between neighbouring angles at every speed, then between neighbouring speeds."""
+        """List the edges between neighbouring angles, then those between neighbouring speeds."""
         alpha = [Place(pair, (v,)) for pair in pairwise(self.alpha_deg) for v in self.speed]
         return alpha + [Place((a,), pair) for pair in pairwise(self.speed) for a in self.alpha_deg]
 
     def cells(self) -> list[Place]:
-        """Cells between two angles and two speeds."""
+        """List the cells between two angles and two speeds."""
         return [Place(a, v) for a in pairwise(self.alpha_deg) for v in pairwise(self.speed)]
 
 

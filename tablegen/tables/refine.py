@@ -51,7 +51,7 @@ def _node_task(config: Config, alpha_deg: float, speed: float, size: Resolution)
 
 
 def node_key(alpha_deg: float, speed: float, size: Resolution) -> str:
-    """Key of the task that fits a node."""
+    """Make the key of the task that fits a node."""
     return f"node {alpha_deg!r} {speed!r} {tuple(size)}"
 
 
