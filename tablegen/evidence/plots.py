@@ -279,7 +279,7 @@ class Source(NamedTuple):
 
 
 def window(state: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Choose edges of square bins, for u and for v from 0, that hold all but a few states (n, 6)."""
+    """Choose edges of square bins for u and for v, from 0, that hold most states (n, 6)."""
     low, high = np.quantile(state[:, 0], (_OUTSIDE, 1.0 - _OUTSIDE))
     low, high = low - 0.02, high + 0.02
     top = np.quantile(state[:, 1], 1.0 - _OUTSIDE) + 0.02
