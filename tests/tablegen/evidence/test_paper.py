@@ -25,7 +25,7 @@ FEW = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 NAMES = {*(f"figure-{k:02d}.svg" for k in (3, 4, 5, 6, 7, 8, 9, 10, 13)), "figure-12.png"}
 
 
-def curve(skew):
+def samples_by_angle(skew):
     """Samples whose numbers are known, to 5 standard errors."""
     rng, statistics = np.random.default_rng(1), {}
     for alpha_deg in ANGLES:
@@ -40,11 +40,14 @@ def curve(skew):
 @pytest.fixture
 def laws():
     """Samples under both laws; with the doubled one prisms have spins that they should not."""
-    return {"as printed": curves(0.0), "doubled": curves(0.01)}
+    return {"as printed": samples_by_shape(0.0), "doubled": samples_by_shape(0.01)}
 
 
-def curves(skew):
-    return {name: curve(0.0) for name in SHAPES} | {"prism": curve(skew), TABLE: {}}
+def samples_by_shape(skew):
+    return {name: samples_by_angle(0.0) for name in SHAPES} | {
+        "prism": samples_by_angle(skew),
+        TABLE: {},
+    }
 
 
 def test_shares_of_collisions_stand_beside_the_papers(laws):

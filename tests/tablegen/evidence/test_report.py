@@ -44,11 +44,11 @@ def test_command_writes_every_number(run, report, tiny, monkeypatch, tmp_path):
     assert "noise floor" in ended.out
     data = json.loads(file.read_text())
     assert data["table_bytes"] == tiny.path.stat().st_size
-    families = {runner["family"] for race in data["races"] for runner in race["runners"]}
+    families = {runner["family"] for make_race in data["races"] for runner in make_race["runners"]}
     assert families == set(plots.LOOKS)
-    for race in data["races"]:
-        assert set(METRICS) <= set(race["floor"])
-        for runner in race["runners"]:
+    for make_race in data["races"]:
+        assert set(METRICS) <= set(make_race["floor"])
+        for runner in make_race["runners"]:
             assert runner["nanoseconds"] > 0.0
             assert runner["bytes"] > 0 or runner["family"] == "direct simulation"
             for name in METRICS:
@@ -63,8 +63,8 @@ def test_page_holds_the_numbers_and_runs_nothing(page, report):
     read = read_page(page)
     assert "script" not in {tag for tag, _ in read.tags}
     assert report.content_sha256 in read.texts
-    for race in report.races:
-        for runner in race.runners:
+    for make_race in report.races:
+        for runner in make_race.runners:
             assert f"{runner.family}: {runner.name}" in read.texts
             assert f"{runner.errors['ks'].mean:.4f}" in read.texts
     for point in report.atlas.points:
@@ -92,7 +92,7 @@ def test_headline_is_the_verdict_on_the_map(report, factor, kind):
     assert (verdict.kind, len(verdict.lines)) == (kind, factor > 1.0)
 
 
-def chain(kind, geometry, error):
+def make_chain(kind, geometry, error):
     """Hits of one chain whose errors are known."""
     estimates = {name: Estimate(error, 0.0) for name in CHAINS}
     numbers = {"energy": (0.5, 0.5), "spin": (1.0, 1.0), "angle_deg": (20.0, 21.0)}
@@ -101,7 +101,7 @@ def chain(kind, geometry, error):
 
 
 def test_ways_to_rebound_spinning_particles_are_rows(report):
-    chains = chain("disc", "cylinder", 0.013), chain("disc", "any", 0.011)
+    chains = make_chain("disc", "cylinder", 0.013), make_chain("disc", "any", 0.011)
     numbers = (Judged("chain_ks", Estimate(0.012, 0.0), 0.03, ""),)
     way = SpinningWay("with spin", 412.0, numbers, chains)
     spun = replace(report, spinning=(SpinningWay("direct simulation", 3000.0, ()), way))
@@ -114,18 +114,18 @@ def test_ways_to_rebound_spinning_particles_are_rows(report):
 
 
 def test_view_sees_a_difference(monkeypatch):
-    monkeypatch.setattr(plots, "written", lambda _figure, _name, title, _words: title)
+    monkeypatch.setattr(plots, "make_picture", lambda _figure, _name, title, _words: title)
     rng = np.random.default_rng(1)
     direct, table = rng.random((2, 40_000, 6))
 
-    def beyond():
+    def cells_beyond():
         title = plots.view_picture(table, direct, "x", "x.svg")
         return int(title.split("standard errors; ")[1].split()[0])
 
     # of 15,360 cells 41 by chance, with a standard deviation of 6.4
-    assert beyond() < 90
+    assert cells_beyond() < 90
     table[(table[:, 0] < 0.3) & (table[:, 1] < 0.3), :2] += 0.5
-    assert beyond() > 160
+    assert cells_beyond() > 160
 
 
 def test_joint_density_is_that_of_the_sample():
@@ -144,7 +144,7 @@ def test_joint_density_is_that_of_the_sample():
     assert plots.joint_picture(sources, "x.png", "", "").data.startswith(b"\x89PNG")
 
 
-def race(alpha_deg, table_auc):
+def make_race(alpha_deg, table_auc):
     floor = {name: batch_mean([metric.least + 0.01]) for name, metric in METRICS.items()}
     errors = [floor | {"auc": batch_mean([auc])} for auc in (table_auc, 0.9, 0.92)]
     families = (("table", "a"), ("table", "a-compact"), ("stored states", "4,096"))
@@ -156,13 +156,13 @@ def race(alpha_deg, table_auc):
 
 
 def test_picture_is_of_the_condition_where_the_table_is_worst(report):
-    races = (race(10.0, 0.51), race(45.0, 0.53), race(70.0, 0.52))
+    races = (make_race(10.0, 0.51), make_race(45.0, 0.53), make_race(70.0, 0.52))
     several = replace(report, races=races)
     assert worst_condition(several) == races[1]
     assert report_picture(several, "errors.png").data.startswith(b"\x89PNG")
 
 
 def test_error_picture_changes_with_the_numbers():
-    picture = plots.errors_picture(race(45.0, 0.53), "x.png").data
-    assert plots.errors_picture(race(45.0, 0.53), "x.png").data == picture
-    assert plots.errors_picture(race(45.0, 0.56), "x.png").data != picture
+    picture = plots.errors_picture(make_race(45.0, 0.53), "x.png").data
+    assert plots.errors_picture(make_race(45.0, 0.53), "x.png").data == picture
+    assert plots.errors_picture(make_race(45.0, 0.56), "x.png").data != picture

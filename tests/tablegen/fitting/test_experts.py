@@ -16,7 +16,7 @@ from tablegen.fitting.spin_coordinates import features
 RNG = np.random.default_rng(6)
 
 
-def softmax_of(logits):
+def reference_softmax(logits):
     weights = np.exp(logits - logits.max(axis=-1, keepdims=True))
     return weights / weights.sum(axis=-1, keepdims=True)
 
@@ -24,7 +24,7 @@ def softmax_of(logits):
 def test_shares_and_derivatives_of_the_likelihood():
     n, groups, each, d = 30, 3, 4, 6
     logits = RNG.normal(0.0, 3.0, (2, 16, 40)).astype(np.float32)
-    expected = softmax_of(logits.swapaxes(1, 2)).swapaxes(1, 2)
+    expected = reference_softmax(logits.swapaxes(1, 2)).swapaxes(1, 2)
     softmax(logits)
     np.testing.assert_allclose(logits, expected, rtol=1e-5, atol=1e-7)
     white = RNG.normal(size=(n, d, groups * each)).astype(np.float32)
@@ -32,13 +32,13 @@ def test_shares_and_derivatives_of_the_likelihood():
     top, sub = RNG.normal(size=(n, groups)), RNG.normal(size=(n, groups, each))
 
     def likelihood(top, sub):
-        prior = softmax_of(top)[:, :, None] * softmax_of(sub)
+        prior = reference_softmax(top)[:, :, None] * reference_softmax(sub)
         density = np.exp(constant - 0.5 * np.sum(white.astype(float) ** 2, axis=1))
         joint = prior * density.reshape(n, groups, each)
         return np.log(joint.sum(axis=(1, 2))), joint / joint.sum(axis=(1, 2), keepdims=True)
 
-    group = np.ascontiguousarray(softmax_of(top).T, dtype=np.float32)
-    expert = np.ascontiguousarray(softmax_of(sub).reshape(n, -1).T, dtype=np.float32)
+    group = np.ascontiguousarray(reference_softmax(top).T, dtype=np.float32)
+    expert = np.ascontiguousarray(reference_softmax(sub).reshape(n, -1).T, dtype=np.float32)
     share = np.empty_like(expert)
     write_log_densities(np.ascontiguousarray(white.reshape(n, -1).T), constant, share)
     by_group, by_expert = np.empty_like(group), np.empty_like(expert)
@@ -57,7 +57,9 @@ def test_shares_and_derivatives_of_the_likelihood():
         np.testing.assert_allclose(by_expert[g * each + 1], slope, atol=1e-3)
     find_curvatures(share, group, expert, by_group, by_expert)
     np.testing.assert_allclose(by_group, group * (1.0 - group), rtol=1e-5)
-    whole = shares.sum(axis=2, keepdims=True) * softmax_of(sub) * (1.0 - softmax_of(sub))
+    whole = (
+        shares.sum(axis=2, keepdims=True) * reference_softmax(sub) * (1.0 - reference_softmax(sub))
+    )
     np.testing.assert_allclose(by_expert.T, whole.reshape(n, -1), atol=1e-5)
 
 

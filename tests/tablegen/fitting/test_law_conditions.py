@@ -41,7 +41,7 @@ N = 4000
 PRISM = SHAPE_CODES["prism"]
 
 
-def of_prisms(impacts):
+def prism_moments(impacts):
     return grain_moments(CONFIG.population, PRISM, impacts.grain[:, 1:])
 
 
@@ -70,7 +70,7 @@ def check_range(impacts):
     assert effective.max() <= DOMAIN.effective[1] * (1.0 + 1e-9)
     assert impacts.speed.max() <= DOMAIN.speed[1] * (1.0 + 1e-9)
     assert np.linalg.norm(impacts.spin, axis=1).max() <= SPIN_RANGE[1] * (1.0 + 1e-9)
-    moments = of_prisms(impacts)
+    moments = prism_moments(impacts)
     assert (impacts.inertia >= moments.smallest * (1.0 - 1e-6)).all()
     assert (impacts.inertia <= moments.largest * (1.0 + 1e-6)).all()
 
@@ -108,7 +108,7 @@ class TestSpread:
         assert counts[:4].sum() > 0.6
 
     def test_inertias_fill_the_range(self, spread):
-        kappa = kappa_from_inertia(spread.inertia, of_prisms(spread))
+        kappa = kappa_from_inertia(spread.inertia, prism_moments(spread))
         assert (shares(kappa, np.linspace(0.0, 1.0, 11)) > 0.04).all()
         assert kappa.min() < 0.01
         assert kappa.max() > 0.99
@@ -161,7 +161,7 @@ class TestChains:
 
     def test_neighbours_lie_around_them(self, chains):
         impacts = chains[0].select(chains[0].inertia > 0.0)
-        moments = of_prisms(impacts)
+        moments = prism_moments(impacts)
         near = neighbouring_impacts(impacts, DOMAIN, moments, np.random.default_rng(3))
         check_range(near)
         sizes = [np.linalg.norm(some.spin, axis=1) for some in (near, impacts)]

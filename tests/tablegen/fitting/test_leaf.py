@@ -33,7 +33,7 @@ def rebounds(rng, root_angle=None, outcomes=7):
     return Rebounds(inputs, values)
 
 
-def drawn_from(leaf, inputs, rng):
+def draw_outcomes(leaf, inputs, rng):
     """Outcomes of a stored leaf at some inputs, as a draw makes them."""
     experts = StoredExperts(leaf.group_gate, leaf.gate, leaf.mean, leaf.factor)
     phi = features((inputs - leaf.centre) * leaf.scale, np.float32)
@@ -57,7 +57,7 @@ def leaf():
 def test_draws_follow_the_law_over_the_leaf_and_at_each_condition(leaf, root_angle):
     """KS of 20,000 draws: 0.016 by chance with p = 0.01, and a little for regressions."""
     known = rebounds(np.random.default_rng(2), root_angle)
-    drawn = drawn_from(leaf, known.inputs, np.random.default_rng(3))
+    drawn = draw_outcomes(leaf, known.inputs, np.random.default_rng(3))
     whole = root_angle is None
     pairs = zip(drawn.T, known.outcomes.T, strict=True)
     distances = [ks_2samp(*pair).statistic for pair in pairs]

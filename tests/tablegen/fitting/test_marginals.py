@@ -30,7 +30,7 @@ TWO_PEAKS = Mixture(
 )
 
 
-def knots_of(channels):
+def normal_quantiles(channels):
     """Quantiles of each channel at the knots of a standard normal law."""
     probabilities = np.broadcast_to(ndtr(KNOTS), (channels.shape[1], len(KNOTS)))
     return quantile_knots(channels, probabilities)
@@ -68,7 +68,7 @@ class TestQuantiles:
 
     def test_of_known_laws(self):
         channels = np.column_stack([NORMAL, -5.0 + 3.0 * NORMAL, LEVELS])
-        normal, wide, uniform = knots_of(channels)
+        normal, wide, uniform = normal_quantiles(channels)
         # between order statistics, the quantile function of the sample is a chord of the true one
         inner = np.abs(KNOTS) < 3.0
         np.testing.assert_allclose(normal[inner], KNOTS[inner], rtol=0.0, atol=1e-5)
@@ -80,10 +80,10 @@ class TestQuantiles:
         rng = np.random.default_rng(2)
         tied = rng.integers(0, 4, size=3000) / 7.0
         channels = np.column_stack([rng.standard_cauchy(3000), tied, np.full(3000, 0.25)])
-        quantiles = knots_of(channels)
+        quantiles = normal_quantiles(channels)
         assert (np.diff(quantiles.astype(np.float32), axis=1) >= 0.0).all()
         small = channels[:500, :1]
-        assert knots_of(small)[0, [0, -1]].tolist() == [small.min(), small.max()]
+        assert normal_quantiles(small)[0, [0, -1]].tolist() == [small.min(), small.max()]
 
 
 class TestRounding:

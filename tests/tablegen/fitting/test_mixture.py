@@ -43,7 +43,7 @@ def random_mixture(seed, components, dimension=3, reflection="plain"):
     )
 
 
-def expanded(mixture):
+def without_mirror(mixture):
     """Make the same law without a mirror: every component and its reflection."""
     flip, share = np.diag(mixture.signs), mixture.reflection
     return Mixture(
@@ -56,8 +56,8 @@ def expanded(mixture):
 
 
 def log_density(mixture, z):
-    """Mean log-density by scipy, component by component."""
-    plain = expanded(mixture)
+    """Compute the mean log-density by scipy, component by component."""
+    plain = without_mirror(mixture)
     terms = [
         np.log(weight) + multivariate_normal(mean, covariance).logpdf(z)
         for weight, mean, covariance in zip(plain.weight, plain.mean, plain.covariance, strict=True)

@@ -40,11 +40,11 @@ def one_node_contents(config):
     return assemble(config, make_axes(config), [fit_node(config, ALPHA_DEG, SPEED)])
 
 
-def draws(table, count=N):
+def draw(table, count=N):
     return table.sample(np.radians(ALPHA_DEG), SPEED, seed=6, index=np.arange(count))
 
 
-def simulated(config, count=N, alpha_deg=ALPHA_DEG, seed=4, stream=77):
+def simulate_node(config, count=N, alpha_deg=ALPHA_DEG, seed=4, stream=77):
     keys = {"seed": seed, "stream": stream, "threads": 1}
     return simulate(config, np.radians(alpha_deg), SPEED, count, **keys)
 
@@ -67,8 +67,8 @@ def test_numbers_beyond_the_steps_of_a_file_are_an_error():
 
 def test_draws_match_the_simulation():
     config = node_config(**USUAL)
-    contents, direct = one_node_contents(config), simulated(config).state
-    drawn = draws(Table(contents))
+    contents, direct = one_node_contents(config), simulate_node(config).state
+    drawn = draw(Table(contents))
     assert ks_distances(drawn, direct).max() < KS_BOUND
     assert correlation_error(drawn, direct).value < CORRELATION_BOUND
     assert auc(drawn, direct, Settings()).value < AUC_BOUND
@@ -76,9 +76,9 @@ def test_draws_match_the_simulation():
     shuffled = independent_columns(drawn, seed=1)
     assert correlation_error(shuffled, direct).value > CORRELATION_BOUND
     assert auc(shuffled, direct, Settings()).value > AUC_BOUND
-    independent = draws(Table(independent_channels(contents)))
+    independent = draw(Table(independent_channels(contents)))
     assert correlation_error(independent, direct).value > CORRELATION_BOUND
-    other = simulated(config, alpha_deg=ALPHA_DEG + 5.0).state
+    other = simulate_node(config, alpha_deg=ALPHA_DEG + 5.0).state
     assert ks_distances(drawn, other).max() > KS_BOUND
 
 
@@ -87,7 +87,7 @@ def test_draws_of_a_scene_match_the_simulation(columns):
     config = node_config(columns, **USUAL)
     table = Table(one_node_contents(config))
     assert table.columns == columns
-    drawn, direct = draws(table), simulated_variables(simulated(config), columns)
+    drawn, direct = draw(table), simulated_variables(simulate_node(config), columns)
     assert ks_distances(drawn, direct).max() < KS_BOUND
     assert correlation_error(drawn, direct).value < CORRELATION_BOUND
     moved = drawn + 0.3 * drawn.std(axis=0) * (np.arange(len(columns)) == 0)
@@ -109,14 +109,14 @@ def test_draws_have_the_marginals_of_the_sample():
     table = {"samples_per_node": 20_000, "components": 24, "quantile_knots": 129}
     config = node_config(columns, **table)
     stream = node_stream(ALPHA_DEG, SPEED)
-    node_sample = simulated(config, 20_000, seed=config.table.seed, stream=stream)
+    node_sample = simulate_node(config, 20_000, seed=config.table.seed, stream=stream)
     sample = simulated_variables(node_sample, columns)
     contents = one_node_contents(config)
-    assert ks_distances(draws(Table(contents), count), sample).max() < bound
+    assert ks_distances(draw(Table(contents), count), sample).max() < bound
     # refused: another mixture, and the mixture without its reflections
     for name, change in (("mean", 400), ("reflection", -4096)):
         path = f"dependence/{name}"
         values = np.clip(contents[path].astype(int) + change, 0 if change < 0 else -32768, 32767)
         changed = {**contents.datasets, path: values.astype(np.int16)}
         wrong = Table(replace(contents, datasets=changed))
-        assert ks_distances(draws(wrong, count), sample).max() > bound
+        assert ks_distances(draw(wrong, count), sample).max() > bound

@@ -150,7 +150,7 @@ class TestInputs:
         expected = features(reflect(inputs, is_reflected, INPUT_SIGNS))
         apart = np.abs(inputs[:, 2]) > FOLD  # nearer to it, chance chooses the side
         for number in range(1, N_FEATURES):
-            score = drawn_score(impacts, number)
+            score = draw_score(impacts, number)
             np.testing.assert_allclose(score[apart], expected[apart, number], atol=0.02, rtol=0.02)
 
 
@@ -163,7 +163,7 @@ def with_leaves(**arrays):
     return replace(CONTENTS, datasets=CONTENTS.datasets | changed)
 
 
-def drawn_score(impacts, number):
+def draw_score(impacts, number):
     """Scores of o_z, undone, of a table in which they are a quarter of a feature."""
     mean = np.zeros((N_FEATURES, 8))
     mean[number, 5] = 0.25 * MEAN_UNIT
@@ -174,13 +174,13 @@ def drawn_score(impacts, number):
     quantiles[5] = bounded
     contents = with_leaves(centre=0.0, scale=1.0, mean=mean, factor=factor, quantiles=quantiles)
     after = np.empty(N)
-    states = drawn_states(contents, impacts, after)
+    states = draw_states(contents, impacts, after)
     energy = energy_factor(impacts.spin, impacts.inertia) ** 2
     score = rebound_outcomes(states[:, :6], after, energy)[:, 5]
     return 4.0 * score / np.sqrt(1.0 - (score / SCORE_MAX) ** 2)
 
 
-def drawn_states(contents, impacts, after):
+def draw_states(contents, impacts, after):
     return Table(contents).sample(
         impacts.alpha1,
         impacts.speed,
@@ -226,7 +226,7 @@ def test_draws_make_the_simulated_rebounds_of_their_outcomes(code):
         np.testing.assert_allclose(again, expected[k], rtol=1e-6, atol=1e-6 * np.sqrt(energy[k]))
         assert inertia == pytest.approx(departures.inertia[k], rel=1e-7)
         one, after = impacts.select(slice(k, k + 1)), np.empty(1)
-        drawn = drawn_states(contents, one, after)[0]
+        drawn = draw_states(contents, one, after)[0]
         np.testing.assert_allclose(drawn, expected[k], rtol=2e-4, atol=2e-4 * np.sqrt(energy[k]))
         assert after[0] == pytest.approx(departures.inertia[k], rel=1e-5)
 

@@ -19,15 +19,15 @@ def one_blas_thread():
         yield
 
 
-def outcomes_at(inputs, rng):
-    """A rebound at each condition, which depends smoothly on all of them."""
+def make_outcomes(inputs, rng):
+    """Make outcomes that depend smoothly on all inputs, one for each condition."""
     slopes = np.random.default_rng(1).normal(0.0, 0.3, (8, 7))
     return np.sin(inputs @ slopes) + 0.1 * rng.standard_normal((len(inputs), 7))
 
 
-def grown(inputs, leaf_count, outcomes=None):
+def grow(inputs, leaf_count, outcomes=None):
     rng = np.random.default_rng(5)
-    outcomes = outcomes_at(inputs, rng) if outcomes is None else outcomes
+    outcomes = make_outcomes(inputs, rng) if outcomes is None else outcomes
     return grow_tree(inputs, outcomes.__getitem__, leaf_count, rng)
 
 
@@ -45,7 +45,7 @@ def find_leaves(tree, inputs):
 
 def test_every_condition_is_in_one_leaf():
     inputs = folded_inputs(N, np.random.default_rng(2))
-    tree, leaves = grown(inputs, 12)
+    tree, leaves = grow(inputs, 12)
     assert len(leaves) == 12
     leaf_numbers = find_leaves(tree, inputs)
     for number, leaf in enumerate(leaves):
@@ -63,8 +63,8 @@ def test_a_law_is_cut_where_it_has_a_step(column):
     rng = np.random.default_rng(column)
     inputs = folded_inputs(N, rng)
     step = inputs[:, column] > np.median(inputs[:, column])
-    outcomes = outcomes_at(inputs, rng) + 2.0 * step[:, None] * [1.0, 1.0, 0, 0, 1.0, 0, 0]
-    tree, _ = grown(inputs, 2, outcomes)
+    outcomes = make_outcomes(inputs, rng) + 2.0 * step[:, None] * [1.0, 1.0, 0, 0, 1.0, 0, 0]
+    tree, _ = grow(inputs, 2, outcomes)
     assert tree.axis.tolist() == [AXES[column]]
     # an axis of a tree is a condition, |sigma|^2, or a ratio of the grain
     assert (tree.axis[0] < N_CONDITIONS) == (column < N_CONDITIONS)
@@ -81,7 +81,7 @@ def test_leaves_are_small_where_the_law_bends():
     low = root_angle < np.median(root_angle)
     waves = np.where(low[:, None], np.sin(20.0 * inputs[:, [0] * 7]), inputs[:, [0] * 7])
     outcomes = waves + 0.05 * rng.standard_normal((N, 7))
-    tree, leaves = grown(inputs, 8, outcomes)
+    tree, leaves = grow(inputs, 8, outcomes)
     assert tree.axis[0] == 0
     below = [low[leaf.rows[leaf.inside]].mean() > 0.5 for leaf in leaves]
     assert sum(below) >= 6
@@ -90,12 +90,12 @@ def test_leaves_are_small_where_the_law_bends():
 def test_equal_conditions_and_few_are_not_cut():
     inputs = np.tile(folded_inputs(1, np.random.default_rng(3)), (N, 1))
     noise = np.random.default_rng(4).standard_normal((N, 7))
-    tree, leaves = grown(inputs, 4, noise)
+    tree, leaves = grow(inputs, 4, noise)
     assert (len(tree.axis), len(leaves)) == (0, 1)
     few = folded_inputs(150, np.random.default_rng(3))
-    assert len(grown(few, 4)[1]) == 1
+    assert len(grow(few, 4)[1]) == 1
     inputs[:, 3] = noise[:, 0]
-    tree, leaves = grown(inputs, 4, noise)
+    tree, leaves = grow(inputs, 4, noise)
     assert tree.axis.tolist() == [3] * 3
     assert len(leaves) == 4
 
@@ -103,9 +103,9 @@ def test_equal_conditions_and_few_are_not_cut():
 def test_conditions_with_spin_have_leaves_of_their_own():
     rng = np.random.default_rng(8)
     nonspinning, spinning = (folded_inputs(N, rng, spins) for spins in (False, True))
-    first, second = grown(nonspinning, 3), grown(spinning, 8)
+    first, second = grow(nonspinning, 3), grow(spinning, 8)
     # of any two trees, a single leaf among them
-    for below, above, leaves in ((first, second, 3), (grown(nonspinning, 1), second, 1)):
+    for below, above, leaves in ((first, second, 3), (grow(nonspinning, 1), second, 1)):
         tree = join_trees(below[0], leaves, above[0])
         assert (tree.axis[0], tree.cut[0]) == (SPIN_AXIS, NO_SPIN)
         leaf_numbers = find_leaves(tree, nonspinning)
@@ -114,5 +114,5 @@ def test_conditions_with_spin_have_leaves_of_their_own():
             np.testing.assert_array_equal(leaf_numbers, find_leaves(below[0], nonspinning))
         leaf_numbers = find_leaves(tree, spinning)
         np.testing.assert_array_equal(leaf_numbers, leaves + find_leaves(above[0], spinning))
-    alone = join_trees(first[0], 3, grown(spinning, 1)[0])
+    alone = join_trees(first[0], 3, grow(spinning, 1)[0])
     np.testing.assert_array_equal(find_leaves(alone, spinning), 3)

@@ -108,23 +108,23 @@ def test_json_has_every_number_and_null_for_none(comparison):
 
 
 @pytest.fixture
-def drawn(monkeypatch):
-    """Figures as they are before they are written."""
+def drawn_figures(monkeypatch):
+    """Return the figures that are drawn, before they become files."""
     pytest.importorskip("matplotlib")
     figures = []
     monkeypatch.setattr(
-        "tablegen.measured.pictures.written", lambda figure, *_: figures.append(figure)
+        "tablegen.measured.pictures.make_picture", lambda figure, *_: figures.append(figure)
     )
     return figures
 
 
-def panels(figure):
+def panels_by_label(figure):
     return {axes.get_ylabel().split(" $")[0]: axes for axes in figure.axes}
 
 
-def test_picture_draws_measured_and_simulated_numbers(comparison, drawn):
+def test_picture_draws_measured_and_simulated_numbers(comparison, drawn_figures):
     comparison_picture(comparison, "x.svg")
-    axes, mean = panels(drawn[0]), comparison.means["e_n"]
+    axes, mean = panels_by_label(drawn_figures[0]), comparison.means["e_n"]
     assert set(axes) == {
         "mean normal restitution",
         "standard deviation of\nnormal restitution",
@@ -139,12 +139,12 @@ def test_picture_draws_measured_and_simulated_numbers(comparison, drawn):
     np.testing.assert_allclose(bars[2][:, 1], 0.2)  # neither a spread nor a count
 
 
-def test_picture_has_one_look_for_each_speed_and_no_panel_without_data(drawn):
+def test_picture_has_one_look_for_each_speed_and_no_panel_without_data(drawn_figures):
     rows = [f"{a},{v},0.5,0.6,4,50,s" for v in (40, 41, 80) for a in (30, 60)]
     columns = "alpha_deg,speed,e_n,e_t,out_of_plane_deg_std,count,source"
     text = "\n".join([columns, *rows])
     comparison_picture(compare(GRANT, parse_measurements(text, "m", "m.csv"), count=2), "x.svg")
-    axes = panels(drawn[0])
+    axes = panels_by_label(drawn_figures[0])
     assert len(axes) == 3
     assert "standard deviation of\nangle out of the impact plane [°]" in axes
     # 40 and 41 m/s are one speed
@@ -154,5 +154,5 @@ def test_picture_has_one_look_for_each_speed_and_no_panel_without_data(drawn):
         colours = [points.lines[0].get_color() for points in one.containers]
         assert colours == [line.get_color() for line in one.lines if "sim" in line.get_label()]
         assert len(set(colours)) == 2
-    (legend,) = drawn[0].legends
+    (legend,) = drawn_figures[0].legends
     assert len(legend.get_texts()) == 4

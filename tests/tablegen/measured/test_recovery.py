@@ -12,8 +12,8 @@ from tablegen.config.grains import GRAINS
 ANGLES = (15.0, 25.0, 40.0, 55.0, 70.0, 82.0)
 
 
-def known(grains, values, resistances):
-    """Pair with tabulated laws at three angles, and named grains."""
+def known_pair(grains, values, resistances):
+    """Make a pair with tabulated laws at three angles, and named grains."""
     law = {"law": "tabulated", "angle_deg": [0.0, 45.0, 90.0], **SOURCE}
     laws = {
         "restitution": law | {"speed": [100.0], "value": [[float(v)] for v in values]},
@@ -23,48 +23,51 @@ def known(grains, values, resistances):
     return load_config("corundum-steel").with_changes(tree)
 
 
-def recovered(truth, count, seed, grains=None):
-    """Fit to noisy means of some particles; give the fit and its misses of the true means."""
+def recover_means(truth, count, seed, grains=None):
+    """Fit noisy means of ``count`` particles; return the fit, and its misses of the true means."""
     exact = measured_from(truth, ANGLES, 100_000, seed=seed + 1000)
     noisy = measured_from(truth, ANGLES, count, seed=seed)
     moments = {name: type(m)(m.mean, exact.moments[name].std) for name, m in noisy.moments.items()}
     calibration = calibrate(replace(noisy, moments=moments), grains=grains, seed=seed)
-    off = [
+    misses = [
         (one.simulated - exact.moments[one.column].mean[one.row]) / one.tolerance
         for one in calibration.chosen.means
     ]
-    return calibration, np.abs(off)
+    return calibration, np.abs(misses)
 
 
 def test_means_are_recovered():
-    calibration, off = recovered(
-        known("rounded", (0.8, 0.5, 0.3), (0.9, 0.4, 0.1)), 1000, 5, "rounded"
+    calibration, misses = recover_means(
+        known_pair("rounded", (0.8, 0.5, 0.3), (0.9, 0.4, 0.1)), 1000, 5, "rounded"
     )
     assert not calibration.missed
     # the noise of 1,000 particles and the tolerance of the fit
-    assert off.max() < 1.5
+    assert misses.max() < 1.5
 
 
-def drawn(cases):
-    """Pairs with laws drawn at random, and the names of their grains."""
+def random_pairs(cases):
+    """Draw pairs with random laws, and the names of their grains."""
     rng = np.random.default_rng(11)
     for case in range(cases):
         values = rng.uniform((0.6, 0.35, 0.15), (0.9, 0.6, 0.45))
         resistances = rng.uniform((0.5, 0.2, 0.0), (1.2, 0.6, 0.2))
         grains = GRAINS[case % len(GRAINS)]
-        yield case, grains, known(grains, values, resistances)
+        yield case, grains, known_pair(grains, values, resistances)
 
 
 @pytest.mark.study  # 4 minutes
 def test_means_of_a_hundred_cases():
     right = 0
-    for case, grains, truth in drawn(100):
-        calibration, off = recovered(truth, 2000, case, grains)
-        right += not calibration.missed and off.max() <= 1.0
+    for case, grains, truth in random_pairs(100):
+        calibration, misses = recover_means(truth, 2000, case, grains)
+        right += not calibration.missed and misses.max() <= 1.0
     assert right >= 95
 
 
 @pytest.mark.study  # 20 calibrations, half a minute each
 def test_grains_of_twenty_cases():
-    chosen = [(recovered(truth, 2000, k)[0].chosen.grains, name) for k, name, truth in drawn(20)]
+    chosen = [
+        (recover_means(truth, 2000, k)[0].chosen.grains, name)
+        for k, name, truth in random_pairs(20)
+    ]
     assert sum(grains == name for grains, name in chosen) >= 18

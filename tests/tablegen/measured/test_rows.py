@@ -12,18 +12,18 @@ from tablegen.measured.pair_file import starting_config, with_angles
 from tablegen.measured.reader import parse_measurements
 
 
-def rows(text):
+def parse_rows(text):
     return parse_measurements(text, "rows", "rows.csv")
 
 
 @pytest.mark.parametrize("quantity", ["e_n", "e_t", "omega_z", "rebound_angle_deg"])
 def test_one_quantity_alone_does_not_decide_both_laws(quantity):
-    data = rows(f"alpha_deg,{quantity},source\n20,0.5,a\n40,0.6,a\n")
+    data = parse_rows(f"alpha_deg,{quantity},source\n20,0.5,a\n40,0.6,a\n")
     assert f"got {quantity} alone" in refused("rows", calibrate, data)
 
 
 def test_rows_with_and_without_a_speed_are_not_mixed():
-    data = rows("alpha_deg,speed,e_n,e_t,source\n20,80,0.5,0.6,a\n40,,0.6,0.7,a\n")
+    data = parse_rows("alpha_deg,speed,e_n,e_t,source\n20,80,0.5,0.6,a\n40,,0.6,0.7,a\n")
     line = refused("rows", calibrate, data)
     assert "speed: is missing in 1 of 2 rows, at 40 degrees" in line
 
@@ -31,11 +31,13 @@ def test_rows_with_and_without_a_speed_are_not_mixed():
 @pytest.mark.parametrize("name", ["e_n", "e_t"])
 def test_a_restitution_above_one_is_doubted(name):
     other = {"e_n": "e_t", "e_t": "e_n"}[name]
-    data = rows(f"alpha_deg,{name},{other},source\n20,0.9,0.6,a\n40,1.01,0.6,a\n60,0.8,0.6,a\n")
+    data = parse_rows(
+        f"alpha_deg,{name},{other},source\n20,0.9,0.6,a\n40,1.01,0.6,a\n60,0.8,0.6,a\n"
+    )
     assert data.doubt.startswith(f"{name} is above 1 at 40 degrees")
 
 
-def fit(miss, rows_missed, distance):
+def make_fit(miss, rows_missed, distance):
     means = [SimpleNamespace(miss=miss)]
     return SimpleNamespace(
         holds=miss <= 1.0,
@@ -47,16 +49,16 @@ def fit(miss, rows_missed, distance):
 
 
 def test_spreads_choose_among_grains_that_miss_a_row_or_two():
-    rounded, well_rounded = fit(1.22, 1, 0.2), fit(1.05, 1, 1.1)
-    assert _chosen([fit(1.9, 5, 0.1), rounded, well_rounded]) is rounded
-    holding_fit = fit(0.9, 0, 2.0)
+    rounded, well_rounded = make_fit(1.22, 1, 0.2), make_fit(1.05, 1, 1.1)
+    assert _chosen([make_fit(1.9, 5, 0.1), rounded, well_rounded]) is rounded
+    holding_fit = make_fit(0.9, 0, 2.0)
     assert _chosen([rounded, holding_fit]) is holding_fit
-    far = fit(6.0, 1, 0.1)
+    far = make_fit(6.0, 1, 0.1)
     assert _chosen([far, well_rounded]) is well_rounded
 
 
 def test_knots_are_added_at_other_angles_with_the_values_that_laws_have():
-    data = rows("alpha_deg,e_n,e_t,source\n20,0.9,0.6,a\n40,0.7,0.6,a\n60,0.5,0.6,a\n")
+    data = parse_rows("alpha_deg,e_n,e_t,source\n20,0.9,0.6,a\n40,0.7,0.6,a\n60,0.5,0.6,a\n")
     start = starting_config(data, named_population("rounded"))
     assert with_angles(start, {14.0, 30.0}) is start
     more = with_angles(start, {20.0, 31.0})

@@ -15,7 +15,9 @@ CONFIG = load_config("corundum-steel")
 PAIR, MIXTURE = CONFIG.pair, CONFIG.population
 
 
-def rows(alpha_deg=45.0, speed=100.0, tilt=0.0, population=MIXTURE, pair=PAIR, seed=1, threads=2):
+def make_rows(
+    alpha_deg=45.0, speed=100.0, tilt=0.0, population=MIXTURE, pair=PAIR, seed=1, threads=2
+):
     alpha_deg = np.atleast_1d(alpha_deg)
     speeds = np.full(len(alpha_deg), speed)
     config = CONFIG.model_copy(update={"pair": pair, "population": population})
@@ -34,7 +36,7 @@ def test_strata_are_the_plain_mixture_within_chance(tilt):
         plain = np.hstack([after.velocity, 1e-5 * after.omega]) / 100.0
     else:
         plain = simulate(CONFIG, alpha, 100.0, n, seed=8).state
-    moments = rows([30.0, 35.0], tilt=tilt).moments(n // 4)
+    moments = make_rows([30.0, 35.0], tilt=tilt).moments(n // 4)
     x, far = variables_of(plain), []
     for name, scale in {"e_n": 2.0, "e_t": 1 / np.cos(alpha), "omega_z": 1.0}.items():
         column = scale * x[:, QUANTITIES[name].variable]
@@ -50,7 +52,7 @@ def test_strata_are_the_plain_mixture_within_chance(tilt):
 
 
 def test_spheres_have_the_closed_form_and_no_spread():
-    moments = rows([20.0, 60.0], population=MIXTURE.restricted_to("sphere")).moments(50)
+    moments = make_rows([20.0, 60.0], population=MIXTURE.restricted_to("sphere")).moments(50)
     for k, alpha in enumerate(np.radians([20.0, 60.0])):
         spheres = MIXTURE.restricted_to("sphere")
         (state,) = simulate(CONFIG, alpha, 100.0, 1, seed=3, population=spheres).state
@@ -63,13 +65,13 @@ def test_spheres_have_the_closed_form_and_no_spread():
 
 def test_random_numbers_are_common():
     """Rows differ; a law that changes a little changes every moment a little, and smoothly."""
-    two = rows([45.0, 45.0]).moments(300)
+    two = make_rows([45.0, 45.0]).moments(300)
     assert two.mean["e_n"][0] != two.mean["e_n"][1]
     values = []
     for strength in (1.0, 1.001, 1.002):
         resistance = PAIR.resistance.model_copy(update={"strength": strength})
         pair = PAIR.model_copy(update={"resistance": resistance})
-        values.append(rows(pair=pair).moments(300).mean["e_t"][0])
+        values.append(make_rows(pair=pair).moments(300).mean["e_t"][0])
     steps = np.diff(values)
     assert 0.0 < abs(steps[0]) < 1e-3
     assert steps[1] == pytest.approx(steps[0], rel=0.2)
@@ -81,6 +83,6 @@ def test_shapes_have_the_same_particles_whatever_their_weights():
     for part in (0.0, 0.25, 1.0):
         weights = type(MIXTURE.shapes)(ellipsoid=1.0 - part, tetrahedron=part)
         mixed = MIXTURE.model_copy(update={"shapes": weights})
-        means.append(rows(population=mixed).moments(200).mean["e_n"][0])
+        means.append(make_rows(population=mixed).moments(200).mean["e_n"][0])
     assert means[1] == pytest.approx(0.75 * means[0] + 0.25 * means[2])
-    assert np.isfinite(rows(population=CROWD).moments(40).mean["e_n"]).all()
+    assert np.isfinite(make_rows(population=CROWD).moments(40).mean["e_n"]).all()

@@ -16,14 +16,14 @@ SHIPPED = load_config("corundum-steel")
 FEWEST = LOOKUP_SIZES[0]
 
 
-def axes_of(alpha_deg=(0.5, 90.0), speed=(50.0, 300.0), **table):
-    """Axes of the shipped pair on another domain, with nodes where they are given."""
+def make_shipped_axes(alpha_deg=(0.5, 90.0), speed=(50.0, 300.0), **table):
+    """Make axes of the shipped pair on another domain, with the nodes that are given."""
     domain = {"alpha_deg": list(alpha_deg), "speed": list(speed), "extrapolate": True}
     return make_axes(SHIPPED.with_changes({"domain": domain, "table": table}))
 
 
-def looked_up(coordinate, nodes, values):
-    """Fractional node index as a draw finds it: linear between equally spaced entries."""
+def look_up(coordinate, nodes, values):
+    """Find the fractional node index as a draw does, linear between equally spaced entries."""
     grid = np.linspace(nodes[0], nodes[-1], len(coordinate))
     return np.interp(values, grid, coordinate)
 
@@ -35,14 +35,16 @@ DOMAINS = [
 ]
 
 
-def both(axes):
-    """Nodes and look-up of each axis."""
+def nodes_and_look_ups(axes):
+    """Return nodes and look-up of each axis."""
     return (axes.alpha_deg, axes.alpha_coordinate), (axes.speed, axes.speed_coordinate)
 
 
 @pytest.mark.parametrize("domain", DOMAINS)
 def test_nodes_and_look_up_span_the_domain(domain):
-    for ends, (nodes, coordinate) in zip(domain, both(axes_of(*domain)), strict=True):
+    for ends, (nodes, coordinate) in zip(
+        domain, nodes_and_look_ups(make_shipped_axes(*domain)), strict=True
+    ):
         assert (nodes[0], nodes[-1]) == ends
         assert (np.diff(nodes) > 0.0).all()
         assert coordinate.shape == (FEWEST,)
@@ -76,14 +78,14 @@ class TestMiddles:
 
 def test_look_up_is_linear_in_the_abscissa_of_the_speed():
     nodes = [50.0, 120.0, 300.0]
-    coordinate = axes_of(speed_nodes=nodes).speed_coordinate
+    coordinate = make_shipped_axes(speed_nodes=nodes).speed_coordinate
 
     def abscissa(speed):
         # written out once more, by hand; it falls with the speed
         return -np.exp(-0.1 * speed**0.61)
 
     values = np.random.default_rng(3).uniform(nodes[0], nodes[-1], 2000)
-    index = looked_up(coordinate, nodes, values)
+    index = look_up(coordinate, nodes, values)
     expected = np.interp(abscissa(values), abscissa(np.array(nodes)), np.arange(3))
     # entries are straight pieces: most off where the abscissa bends, by less than one entry
     entry = np.diff(coordinate).max()
@@ -102,15 +104,15 @@ class TestCloseNodes:
         ],
     )
     def test_get_a_finer_look_up_that_the_file_format_takes(self, nodes, entries):
-        axes = axes_of((nodes[0], 90.0), alpha_nodes_deg=nodes)
+        axes = make_shipped_axes((nodes[0], 90.0), alpha_nodes_deg=nodes)
         coordinate = axes.alpha_coordinate
         assert coordinate.shape == (entries,)
         np.testing.assert_allclose(
-            looked_up(coordinate, nodes, nodes), range(len(nodes)), rtol=0.0, atol=0.01
+            look_up(coordinate, nodes, nodes), range(len(nodes)), rtol=0.0, atol=0.01
         )
         # Refused: what every table had.
         fewer = coordinate[:: (entries - 1) // (FEWEST - 1)]
-        assert np.abs(looked_up(fewer, nodes, nodes) - range(len(nodes))).max() > 0.02
+        assert np.abs(look_up(fewer, nodes, nodes) - range(len(nodes))).max() > 0.02
 
     @pytest.mark.parametrize("first", [0.5, 1e-6])
     def test_are_as_close_as_the_refinement_makes_them(self, first):
@@ -119,17 +121,18 @@ class TestCloseNodes:
             {"domain": {"alpha_deg": [first, 90.0], "speed": [0.01, 900.0], "extrapolate": True}}
         )
         grid = [
-            halved(nodes, m) for nodes, m in zip(first_grid(config), middles(config), strict=True)
+            halve_all(nodes, m)
+            for nodes, m in zip(first_grid(config), middles(config), strict=True)
         ]
-        for nodes, coordinate in both(make_axes(config, Grid(*grid))):
+        for nodes, coordinate in nodes_and_look_ups(make_axes(config, Grid(*grid))):
             assert len(nodes) > 100
-            index = looked_up(coordinate, nodes, nodes)
+            index = look_up(coordinate, nodes, nodes)
             np.testing.assert_allclose(index, range(len(nodes)), rtol=0.0, atol=0.01)
             assert (np.diff(coordinate) > 0.0).all()
 
 
-def halved(nodes, middle):
-    """Nodes with all middles that there are."""
+def halve_all(nodes, middle):
+    """Add middles until no interval may be halved."""
     while True:
         more = (middle(low, high) for low, high in pairwise(nodes))
         finer = tuple(sorted({*nodes, *(node for node in more if node is not None)}))
