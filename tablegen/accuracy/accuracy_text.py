@@ -8,7 +8,7 @@ from tablegen.accuracy.validate import Validation
 from tablegen.config.metric_table import METRICS, little_declared, metric_of
 from tablegen.presentation import TextTable
 
-_JUDGED = (
+_JUDGEMENT_RULE = (
     "A number holds if number - 3 error is within its limit. If the true distance is within the "
     "limit, the number misses it with a probability of at most 1 in 700. All numbers include "
     "sampling noise."
@@ -105,7 +105,7 @@ def validation_notes(validation: Validation) -> list[str]:
             f"The spin law was compared at {len(validation.own)} conditions without spin, and at "
             f"{len(validation.hits)} groups of hits along chains."
         )
-    lines += [_JUDGED, f"To repeat this validation, give --seed {seed}."]
+    lines += [_JUDGEMENT_RULE, f"To repeat this validation, give --seed {seed}."]
     if little := little_declared(validation.config.accuracy.model_dump()):
         lines.append(f"Note: {little}.")
     return lines

@@ -69,7 +69,7 @@ SAMPLES = 20_000
 _LAST_HIT_OF_ALL, _SHARE_AFTER = 10, 0.4
 
 #: Grains of each kind are chosen from this many particles.
-_SEARCHED = 500_000
+_SEARCHED_PARTICLES = 500_000
 
 #: Range of the speeds V [m/s], cut to the range of the table. V is also at most this share of the
 #: table's highest speed: a spin adds to the energy of a grain, and so to the effective speed at
@@ -186,7 +186,7 @@ def kinds_of_grains(
 
     The kinds are the shapes of the population, and discs.
     """
-    index = np.arange(_SEARCHED, dtype=np.uint64)
+    index = np.arange(_SEARCHED_PARTICLES, dtype=np.uint64)
     code, ratio_ba, ratio_cb = model.grains(seed, index).T
     names = {number: name for name, number in SHAPE_CODES.items()}
     kinds = {

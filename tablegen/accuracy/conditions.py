@@ -19,13 +19,13 @@ _MARGIN = 0.2
 
 #: Largest number of conditions whose spread over the plane of angle and speed is optimised. For
 #: more conditions the optimisation would take seconds.
-_OPTIMISED = 256
+_MOST_OPTIMISED_CONDITIONS = 256
 
 #: Angles of the last two conditions of the spin law, over the largest angle.
-_STEEP = (0.96, 0.99)
+_STEEP_SHARES = (0.96, 0.99)
 
 #: Separates the random numbers of this module from others with the same seed.
-_KEY = 2**31
+_STREAM_KEY = 2**31
 
 
 class Place(NamedTuple):
@@ -48,8 +48,8 @@ def pick_conditions(table: Table, count: int, seed: int) -> list[Place]:
     """
     if count == 0:
         return []
-    rng = np.random.default_rng([seed, _KEY])
-    optimization = "random-cd" if 1 < count <= _OPTIMISED else None
+    rng = np.random.default_rng([seed, _STREAM_KEY])
+    optimization = "random-cd" if 1 < count <= _MOST_OPTIMISED_CONDITIONS else None
     points = qmc.LatinHypercube(2, optimization=optimization, seed=rng).random(count)
     points = points[np.argsort(points[:, 0])]
     alpha = _between_nodes(points[:, 0], table.alpha_nodes_deg)
@@ -74,7 +74,7 @@ def pick_own_conditions(table: Table, count: int, seed: int) -> list[Place]:
     """
     places = [place._replace(own=True) for place in pick_conditions(table, count, seed + 1)]
     last = min(90.0, float(table.alpha_nodes_deg[-1]))
-    for k, share in enumerate(reversed(_STEEP[-count:] if count else ()), 1):
+    for k, share in enumerate(reversed(_STEEP_SHARES[-count:] if count else ()), 1):
         places[-k] = places[-k]._replace(alpha_deg=last * share)
     return places
 

@@ -18,7 +18,7 @@ from tablegen.config.targets import AccuracyTargets, SpinTargets
 
 #: If a number is more than this many times its limit, the table is at fault. The advice is then to
 #: change the table, not to declare a larger limit.
-_FAR = 2.0
+_FAR_FACTOR = 2.0
 
 
 class Measured(Protocol):
@@ -85,11 +85,12 @@ def judge(
 def advice(numbers: Sequence[Judged]) -> str:
     """Return one line on what to change if some numbers do not hold.
 
-    If a number is more than `_FAR` times its limit, the line says where, and what to change in the
-    table. Otherwise it names limits, a preset or a range that the configuration could declare.
+    If a number is more than `_FAR_FACTOR` times its limit, the line says where, and what to change
+    in the table. Otherwise it names limits, a preset or a range that the configuration could
+    declare.
     """
     missed = [number for number in numbers if not number.holds]
-    far = [number for number in missed if not number.share <= _FAR]
+    far = [number for number in missed if not number.share <= _FAR_FACTOR]
     if far:
         laws = [[n for n in far if _law(n) == law] for law in _REMEDIES]
         worst = [max(some, key=lambda number: number.share) for some in laws if some]

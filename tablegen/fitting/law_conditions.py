@@ -68,7 +68,7 @@ _SHORT_CHAIN, _LONG_CHAIN, _ANY_WALL_SHARE = 5, 40, 0.4
 _SIZE_DEVIATION, _ANGLE_DEVIATION = 0.4, 0.5
 _DIRECTION_DEVIATION, _KAPPA_DEVIATION = 0.1, 0.05
 #: A third of the neighbours has a spin that is scaled down, at most by this factor.
-_SLOWEST = 1e-3
+_LEAST_SLOWDOWN = 1e-3
 
 #: Sizes [V/a] of slow, usual and fast spins of spread impacts, and shares of the first two.
 _SLOW_SPINS, _USUAL_SPINS, _FAST_SPINS = (1e-3, 0.1), (0.02, 2.0), (1.0, SPIN_RANGE[1])
@@ -274,7 +274,9 @@ def neighbouring_impacts(
     """Change the angles, spins and inertias of impacts, as a gas might; draw speeds anew."""
     n, (least, most) = len(impacts.index), domain.alpha
     size = np.linalg.norm(impacts.spin, axis=1)[:, None]
-    slowdown = np.where(rng.random(n) < 1.0 / 3.0, _log_uniform((_SLOWEST, 1.0), n, rng), 1.0)
+    slowdown = np.where(
+        rng.random(n) < 1.0 / 3.0, _log_uniform((_LEAST_SLOWDOWN, 1.0), n, rng), 1.0
+    )
     spin = impacts.spin + _DIRECTION_DEVIATION * size * rng.standard_normal((n, 3))
     spin *= (slowdown * np.exp(_SIZE_DEVIATION * rng.standard_normal(n)))[:, None]
     alpha = np.clip(impacts.alpha1 * np.exp(_ANGLE_DEVIATION * rng.standard_normal(n)), least, most)

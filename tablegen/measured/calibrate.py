@@ -122,7 +122,7 @@ def calibrate(
         raise InputError("free", problem="is given without a pair", remedy=remedy)
     path = check_output(output) if output is not None else None
     name = _pair_name(path) if path else "fitted"
-    starts = _starts(data, grains, start)
+    starts = _make_starts(data, grains, start)
     with (
         threadpool_limits(limits=1, user_api="blas"),
         bar(progress, "population", total=len(starts)) as counted,
@@ -132,9 +132,9 @@ def calibrate(
             counted.set_description_str(label)
             fits.append(fitter.fit(label, config, chosen_names(config, free), name))
             counted.update(1)
-        chosen = _chosen(fits)
+        chosen = _choose_fit(fits)
         if start is None and not chosen.holds:
-            chosen = _bent(fitter, data, chosen, starts[chosen.grains], name)
+            chosen = _fit_with_more_knots(fitter, data, chosen, starts[chosen.grains], name)
             fits = [chosen if fit.grains == chosen.grains else fit for fit in fits]
     calibration = Calibration(tuple(fits), chosen, _advice(data, chosen))
     config = with_comments(calibration, data, seed)
@@ -172,7 +172,7 @@ def _pair_name(path: Path) -> str:
     return plain.lstrip("._-")[:100] or "fitted"
 
 
-def _starts(
+def _make_starts(
     data: Measurements, grains: str | Path | None, start: Config | None
 ) -> dict[str, Config]:
     """Make the configurations to start from, by the names of their grains."""
@@ -185,7 +185,7 @@ def _starts(
     return {name: starting_config(data, tree) for name, tree in populations.items()}
 
 
-def _chosen(fits: Sequence[Fit]) -> Fit:
+def _choose_fit(fits: Sequence[Fit]) -> Fit:
     """Choose among the fits that hold the means: by the spreads, or the most angular grains.
 
     Spheres follow means most easily, so smooth laws would always ask for round grains. If none
@@ -202,7 +202,9 @@ def _chosen(fits: Sequence[Fit]) -> Fit:
     return holding[0]
 
 
-def _bent(fitter: Fitter, data: Measurements, fit: Fit, start: Config, name: str) -> Fit:
+def _fit_with_more_knots(
+    fitter: Fitter, data: Measurements, fit: Fit, start: Config, name: str
+) -> Fit:
     """Fit again with knots of the laws at the angles of missed rows too; return the better fit.
 
     A law that bends between its knots cannot be followed there.

@@ -18,20 +18,20 @@ from tablegen.measured.smoothest import Penalty, bootstrapped, polished, smoothe
 from tablegen.model.float_array import FloatArray
 
 #: Rebounds of a search: least and most at a row, and in all rows; the report has four times them.
-_LEAST, _MOST, _ALL, _REPORT = 600, 6000, 60_000, 4
+_LEAST_REBOUNDS, _MOST_REBOUNDS, _ALL_REBOUNDS, _REPORT_FACTOR = 600, 6000, 60_000, 4
 
 #: Angle [degrees] from which e_t is the ratio of two small velocities, and is not followed.
 _STEEP = 88.0
 
 #: Angle without a mean.
-_OUT = "out_of_plane_deg"
+_OUT_OF_PLANE = "out_of_plane_deg"
 
 #: Bits in which the seeds of the last steps and of the report differ from that of the search.
 _LAST_SEED, _REPORT_SEED = 0x510E, 0x5EED
 
 #: Share of a number that the data must determine, and not smoothness, for a standard error; and the
 #: least one. A smaller one is that of a number at a bound.
-_KNOWN, _LEAST_ERROR = 0.5, 1e-6
+_DETERMINED_SHARE, _LEAST_ERROR = 0.5, 1e-6
 
 #: Last steps; and the worst miss from which they cannot hold the means.
 _LAST_STEPS, _FAR = 4, 2.0
@@ -53,12 +53,12 @@ def make_targets(data: Measurements) -> list[Target]:
         for name, quantity in QUANTITIES.items():
             mean = float(data.moments[name].mean[row])
             # by symmetry there is no mean out of the plane
-            if np.isfinite(mean) and name != _OUT and _is_followed(name, alpha):
+            if np.isfinite(mean) and name != _OUT_OF_PLANE and _is_followed(name, alpha):
                 error = data.errors(name).mean[row]
                 tolerance = float(np.fmax(quantity.tolerance, 2.0 * error))
                 targets.append(Target(row, name, mean, tolerance))
     if not targets:
-        names = ", ".join(name for name in QUANTITIES if name != _OUT)
+        names = ", ".join(name for name in QUANTITIES if name != _OUT_OF_PLANE)
         remedy = f"give a mean of {names} (e_t: below {_STEEP:g} degrees)"
         raise InputError("", problem="has no mean to fit", remedy=remedy, source=data.name)
     return targets
@@ -84,7 +84,9 @@ class Fitter:
         """Fit free fields of a pair, and simulate the result with other random numbers."""
         numbers = FreeNumbers(start, names)
         speeds = impact_speeds(start.pair, self.data, self.speed)
-        count = min(_MOST, max(_ALL // len(speeds), _LEAST)) // len(start.population.strata())
+        count = min(_MOST_REBOUNDS, max(_ALL_REBOUNDS // len(speeds), _LEAST_REBOUNDS)) // len(
+            start.population.strata()
+        )
 
         def misses(x: FloatArray, count: int = count, seed: int = self.seed) -> FloatArray:
             trial = start.model_copy(update={"pair": numbers.pair(x)})
@@ -96,14 +98,14 @@ class Fitter:
         if solution.worst < _FAR:
             last = self.seed ^ _LAST_SEED
             solution = polished(
-                numbers, lambda x: misses(x, _REPORT * count, last), solution, _LAST_STEPS
+                numbers, lambda x: misses(x, _REPORT_FACTOR * count, last), solution, _LAST_STEPS
             )
         samples = bootstrapped(numbers, solution, [t.row for t in self.targets], self.seed)
         errors = np.std([numbers.numbers(x) for x in samples], axis=0)
-        known = Penalty(numbers).determined(solution) > _KNOWN
+        known = Penalty(numbers).determined(solution) > _DETERMINED_SHARE
         config = fitted_config(start, numbers.changes(solution.x), name, self.data, speeds)
         report = self.seed ^ _REPORT_SEED
-        simulated = self._moments(config, speeds, _REPORT * count, report)
+        simulated = self._moments(config, speeds, _REPORT_FACTOR * count, report)
         return Fit(
             grains=grains,
             config=config,

@@ -27,10 +27,10 @@ _POLYNOMIAL = "pair.restitution.coefficients"
 
 #: Weights of roughness: second differences along angles, first ones along speeds, and distances
 #: from the start, which decide what nothing else does.
-_BENT, _SPEED, _START = 1.0, 0.3, 0.01
+_BEND_WEIGHT, _SPEED_WEIGHT, _START_WEIGHT = 1.0, 0.3, 0.01
 
 #: A second difference of this size counts as a mean that is off by its tolerance.
-_SIZE = 0.1
+_ROUGH_DIFFERENCE = 0.1
 
 #: Decimals of a fitted number in a file, far below any standard error.
 _DIGITS = 5
@@ -47,8 +47,8 @@ class Range(NamedTuple):
     logarithmic: bool = False
 
 
-_UNIT = Range(0.0, 1.0, 0.04)
-_FRICTION = Range(0.0, 3.0, 0.05)
+_UNIT_RANGE = Range(0.0, 1.0, 0.04)
+_FRICTION_RANGE = Range(0.0, 3.0, 0.05)
 
 #: Ranges of the fields of the laws that can be freed.
 _FIELDS: Mapping[tuple[str, str], Mapping[str, Range]] = {
@@ -56,22 +56,22 @@ _FIELDS: Mapping[tuple[str, str], Mapping[str, Range]] = {
         "coefficient": Range(1e-4, 1e2, 0.05, logarithmic=True),
         "exponent": Range(0.01, 3.0, 0.02),
     },
-    ("restitution", "polynomial"): {"coefficients": _UNIT},
-    ("restitution", "constant"): {"value": _UNIT},
+    ("restitution", "polynomial"): {"coefficients": _UNIT_RANGE},
+    ("restitution", "constant"): {"value": _UNIT_RANGE},
     ("restitution", "power"): {
         "coefficient": Range(1e-3, 1e3, 0.05, logarithmic=True),
         "exponent": Range(1e-3, 2.0, 0.02),
     },
-    ("restitution", "tabulated"): {"value": _UNIT},
+    ("restitution", "tabulated"): {"value": _UNIT_RANGE},
     ("resistance", "exponential-orientation"): {
         "strength": Range(-10.0, 10.0, 0.2),
         "factor": Range(1e-3, 1e2, 0.1, logarithmic=True),
     },
     ("resistance", "constant"): {"value": Range(1e-3, 1e2, 0.05, logarithmic=True)},
-    ("resistance", "tabulated"): {"value": _FRICTION},
+    ("resistance", "tabulated"): {"value": _FRICTION_RANGE},
     ("resistance", "coulomb"): {
-        "static": _FRICTION,
-        "dynamic": _FRICTION,
+        "static": _FRICTION_RANGE,
+        "dynamic": _FRICTION_RANGE,
         "tangential_restitution": Range(-1.0, 1.0, 0.04),
     },
 }
@@ -184,8 +184,8 @@ def _from_bernstein(count: int) -> FloatArray:
 def _roughness(shape: tuple[int, ...]) -> FloatArray:
     """Make the rows of second differences along angles, and of first ones along speeds."""
     angles, speeds = shape[0], int(np.prod(shape[1:]))
-    along = np.kron(np.diff(np.eye(angles), 2, axis=0), np.eye(speeds)) * _BENT
-    across = np.kron(np.eye(angles), np.diff(np.eye(speeds), axis=0)) * _SPEED
+    along = np.kron(np.diff(np.eye(angles), 2, axis=0), np.eye(speeds)) * _BEND_WEIGHT
+    across = np.kron(np.eye(angles), np.diff(np.eye(speeds), axis=0)) * _SPEED_WEIGHT
     return np.vstack([along, across])
 
 
@@ -214,7 +214,7 @@ class FreeNumbers:
         Laws that are no tables have none of the former.
         """
         rough = block_diag(*(field.rough for field in self._fields))
-        return np.vstack([rough, _START * np.eye(self.start.size)]) / _SIZE
+        return np.vstack([rough, _START_WEIGHT * np.eye(self.start.size)]) / _ROUGH_DIFFERENCE
 
     def bend(self, x: FloatArray) -> float:
         """Find the largest second difference of a free table of restitution along angles, or 0."""

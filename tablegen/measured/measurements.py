@@ -33,7 +33,7 @@ ANY_SPEED = 100.0
 _SAME_SPEED = 0.03
 
 #: Rise of e_n with the angle from which angles are doubted: with known materials e_n falls.
-_RISE = 0.1
+_DOUBTED_RISE = 0.1
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,10 @@ class Measurements:
         """Sentence on what looks wrong in e_n and e_t; "" if nothing does."""
         known = np.isfinite(self.moments["e_n"].mean)
         angle, e_n = self.alpha_deg[known], self.moments["e_n"].mean[known]
-        if np.unique(angle).size > 1 and np.polyfit(angle, e_n, 1)[0] * np.ptp(angle) > _RISE:
+        if (
+            np.unique(angle).size > 1
+            and np.polyfit(angle, e_n, 1)[0] * np.ptp(angle) > _DOUBTED_RISE
+        ):
             return "e_n rises with the angle: if angles are from the normal, give 90 - angle"
         for name in ("e_n", "e_t"):
             above = self.alpha_deg[self.moments[name].mean > 1.0]

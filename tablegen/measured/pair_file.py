@@ -25,7 +25,7 @@ _WIDTH = 100
 _ANGLES = [5.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]
 
 #: Least distance [degrees] of a further angle.
-_APART = 2.5
+_LEAST_DISTANCE_OF_ANGLES = 2.5
 
 #: Most speeds of a table of restitution.
 _MOST_SPEEDS = 4
@@ -35,7 +35,7 @@ _MOST_SPEEDS = 4
 _RESISTANCE, _REVERSAL, _RESTITUTION = 0.6, 0.2, 0.6
 
 #: Source of numbers before a fit.
-_NONE = "none: numbers to start a fit from"
+_NO_SOURCE = "none: numbers to start a fit from"
 
 #: Limits of nearly round grains. What their shape adds to a sphere's rebound deviates by a few
 #: thousandths of V, in rare rebounds that decide the correlations and weigh in distances that are
@@ -46,7 +46,7 @@ _ROUND_LIMITS = {"correlation_error": 0.5, "sliced_wasserstein": 0.07}
 def starting_config(data: Measurements, population: Tree) -> Config:
     """Make a pair with tabulated laws, or those of spheres, to start a fit from."""
     stated = np.sort(data.speed[np.isfinite(data.speed)])
-    law: Tree = {"law": "tabulated", "angle_deg": _ANGLES, "source": _NONE}
+    law: Tree = {"law": "tabulated", "angle_deg": _ANGLES, "source": _NO_SOURCE}
     speeds = distinct_speeds(stated, _MOST_SPEEDS) or [ANY_SPEED]
     restitution = {**law, "speed": speeds, "value": _restitutions(data, len(speeds))}
     resistance: Tree = {**law, "value": [_RESISTANCE] * len(_ANGLES)}
@@ -70,7 +70,11 @@ def with_angles(start: Config, angles: Collection[float]) -> Config:
 
     Angles near a knot are left out; the same configuration is returned if all are.
     """
-    new = [a for a in sorted(angles) if np.abs(np.array(_ANGLES) - a).min() >= _APART]
+    new = [
+        a
+        for a in sorted(angles)
+        if np.abs(np.array(_ANGLES) - a).min() >= _LEAST_DISTANCE_OF_ANGLES
+    ]
     if not new:
         return start
     knots, pair = np.array(sorted({*_ANGLES, *new})), start.pair

@@ -18,17 +18,17 @@ from tablegen.model.float_array import FloatArray
 _WEIGHTS, _STEPS = (10.0, 3.0, 1.0, 0.3, 0.1, 0.03, 0.01, 0.003), 4
 
 #: A mean is held by the search within this part of its tolerance: the rest is for chance.
-_WITHIN = 0.8
+_SEARCH_SHARE = 0.8
 
 #: Steps are tried at these lengths; one that lowers the cost by less than this part is the last.
-_LENGTHS, _GAIN = (1.0, 0.5, 0.2), 0.05
+_LENGTHS, _LEAST_GAIN = (1.0, 0.5, 0.2), 0.05
 
-#: After more than `_PATIENCE` weights that leave the worst mean above `_BETTER` of the best so far,
-#: the grains cannot hold it.
-_PATIENCE, _BETTER = 2, 0.97
+#: After more than `_PATIENCE` weights that leave the worst mean above `_IMPROVEMENT` of the best so
+#: far, the grains cannot hold it.
+_PATIENCE, _IMPROVEMENT = 2, 0.97
 
 #: Largest second difference of restitution between neighbouring angles of a smooth law.
-_BEND = 0.25
+_LARGEST_BEND = 0.25
 
 #: Samples of the rows for standard errors.
 _SAMPLES = 200
@@ -56,12 +56,12 @@ class Solution(NamedTuple):
     @property
     def rank(self) -> tuple[float, float]:
         """Order of solutions: laws smooth enough come first, then those nearest to the means."""
-        return max(self.bend, _BEND), self.worst
+        return max(self.bend, _LARGEST_BEND), self.worst
 
     @property
     def holds(self) -> bool:
         """Whether a smooth law holds all means, with room for chance."""
-        return self.rank <= (_BEND, _WITHIN)
+        return self.rank <= (_LARGEST_BEND, _SEARCH_SHARE)
 
 
 class Penalty:
@@ -125,7 +125,7 @@ def smoothest(numbers: FreeNumbers, misses: Misses) -> Solution:
     waited, now = 0, best
     for weight in _WEIGHTS:
         now = _descended(numbers, misses, penalty, now._replace(weight=weight))
-        waited = 0 if now.rank < (best.rank[0], _BETTER * best.worst) else waited + 1
+        waited = 0 if now.rank < (best.rank[0], _IMPROVEMENT * best.worst) else waited + 1
         best = min(best, now, key=lambda one: one.rank)
         if best.holds or waited > _PATIENCE:
             break
@@ -157,7 +157,7 @@ def _descended(numbers: FreeNumbers, misses: Misses, penalty: Penalty, now: Solu
         now, fresh = Solution(x, there, slopes, weight, numbers.bend(x)), False
         if now.holds:
             return now
-        if cost - lower < _GAIN * cost:
+        if cost - lower < _LEAST_GAIN * cost:
             now = now._replace(slopes=slopes_at(numbers, misses, x, there))
             fresh = True
     return now

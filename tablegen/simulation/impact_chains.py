@@ -19,7 +19,7 @@ ANY_ANGLES = (np.radians(5.0), np.radians(85.0))
 
 #: Least angle [rad] over the spin [V/a] at which the direct model simulates a particle, with a
 #: margin. At smaller angles it would turn too often before it meets the wall.
-_TURNED = 2.0 * 1.01 / MOST_TURNED
+_LEAST_ANGLE_PER_SPIN = 2.0 * 1.01 / MOST_TURNED
 
 #: Least speed V [m/s], with a margin for rounding to single precision.
 _LEAST_SPEED = 1.001 * SPEED.low
@@ -163,7 +163,7 @@ def _frame(direction: FloatArray, normal: FloatArray) -> FloatArray:
 
 def raise_to_limits(impacts: Impacts) -> Impacts:
     """Raise angles and speeds to the least that the direct model simulates."""
-    steepest = _TURNED * np.sqrt(np.sum(impacts.spin**2, axis=1))
+    steepest = _LEAST_ANGLE_PER_SPIN * np.sqrt(np.sum(impacts.spin**2, axis=1))
     alpha = np.minimum(np.maximum(impacts.alpha1, steepest), 0.5 * np.pi)
     return impacts._replace(alpha1=alpha, speed=np.maximum(impacts.speed, _LEAST_SPEED))
 

@@ -13,7 +13,7 @@ from tablegen.simulation.simulate import Simulation
 
 #: Least distance of an energy share from 0 and 1, which single precision can resolve. A sphere that
 #: meets the wall head-on does not turn, so its share would be 0.
-_INSIDE = 1e-6
+_LEAST_DISTANCE_FROM_ENDS = 1e-6
 
 #: Largest number of single precision below 1, and a number close to 0, for shares that a table
 #: stores as they are. A sphere that meets an elastic wall head-on keeps its whole energy, a share
@@ -26,7 +26,7 @@ _CHANNEL_RANGES = {
     "v": (_ABOVE_ZERO, _BELOW_ONE),
     "u_hat": (-_BELOW_ONE, _BELOW_ONE),
     "w_hat": (-_BELOW_ONE, _BELOW_ONE),
-    "energy_hat": (_INSIDE, 1.0 - _INSIDE),
+    "energy_hat": (_LEAST_DISTANCE_FROM_ENDS, 1.0 - _LEAST_DISTANCE_FROM_ENDS),
     "normal_hat": (_ABOVE_ZERO, _BELOW_ONE),
 }
 

@@ -21,13 +21,13 @@ from tablegen.simulation.scene_variables import simulated_variables
 from tablegen.simulation.simulate import simulate
 
 #: Largest steps of the path, in the square root of the angle in degrees: narrower cells have one.
-_STEP = 0.075
+_LONGEST_STEP = 0.075
 
 #: Particles at each step. They are the same at all steps, so that differences have little noise.
 _PARTICLES = 2000
 
 #: Share of the coordinate that is the same for all steps, so that it grows where nothing changes.
-_EQUAL = 0.05
+_EQUAL_SHARE = 0.05
 
 #: Spread [V] below which a variable counts as one number.
 _LEAST_SPREAD = 1e-6
@@ -54,13 +54,13 @@ def path_index(config: Config, nodes: FloatArray) -> tuple[FloatArray, FloatArra
 def _divide_cell(config: Config, low: float, high: float) -> tuple[FloatArray, FloatArray]:
     """Divide a cell into steps; returns their ends [degrees] and the shares of the path there."""
     first, last = math.sqrt(low), math.sqrt(high)
-    count = math.ceil((last - first) / _STEP)
+    count = math.ceil((last - first) / _LONGEST_STEP)
     steps = np.linspace(first, last, count + 1) ** 2
     steps[0], steps[-1] = low, high
     lengths = _step_lengths(config, steps) if count > 1 else np.ones(1)
     whole = lengths.sum()
     shares = lengths / whole if whole > 0.0 else np.full(count, 1.0 / count)
-    ends = np.cumsum([0.0, *((1.0 - _EQUAL) * shares + _EQUAL / count)])
+    ends = np.cumsum([0.0, *((1.0 - _EQUAL_SHARE) * shares + _EQUAL_SHARE / count)])
     ends[-1] = 1.0
     return steps, ends
 

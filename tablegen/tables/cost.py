@@ -10,13 +10,13 @@ from tablegen.tables.refine import NodeCache
 # The numbers below are measured times over the time of a node with the smallest mixture.
 
 #: A node with the mixture that is chosen in the end: the least and the most.
-_NODE = (1.0, 3.0)
+_NODE_TIME = (1.0, 3.0)
 #: A trial: draws in the middle of an edge or of a cell of the grid, compared with simulation by all
 #: metrics, and by the cheap ones alone.
-_TRIAL, _CHEAP_TRIAL = 5.0, 0.5
+_TRIAL_TIME, _CHEAP_TRIAL_TIME = 5.0, 0.5
 #: The fit of a leaf without experts, conditions included, and the simulation of chains of hits;
 #: both for as many rebounds as a node has particles.
-_LEAF, _CHAIN = 3.6, 1.5
+_LEAF_TIME, _CHAIN_TIME = 3.6, 1.5
 
 #: A leaf takes as long again for each _EXPERTS experts. The simulation of the particles of a node
 #: takes as long as the fit of _COMPONENTS components.
@@ -68,15 +68,15 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, spent: float) -> Cos
     )
     ends = []
     for k, nodes in enumerate((plan.first, plan.most)):
-        work = math.prod(nodes) * _NODE[k if len(plan.sizes) > 1 else 0]
+        work = math.prod(nodes) * _NODE_TIME[k if len(plan.sizes) > 1 else 0]
         if plan.first != plan.most:
-            trials = _CHEAP_TRIAL * _trials(*nodes) + _TRIAL * (nodes[0] - 1)
+            trials = _CHEAP_TRIAL_TIME * _trials(*nodes) + _TRIAL_TIME * (nodes[0] - 1)
             work += _ROUNDS[k] * trials
-        work += _PROBES[k] * (1.0 + _TRIAL) if len(plan.sizes) > 1 else 0.0
-        work += _LEAF * leaf_rebounds / (size.samples * (1.0 + size.components / _COMPONENTS))
+        work += _PROBES[k] * (1.0 + _TRIAL_TIME) if len(plan.sizes) > 1 else 0.0
+        work += _LEAF_TIME * leaf_rebounds / (size.samples * (1.0 + size.components / _COMPONENTS))
         if conditions > 0:
-            work += conditions * (1 + plan.config.spin) * _TRIAL
-            work += _CHAIN * _CHAIN_REBOUNDS * plan.config.spin / size.samples
+            work += conditions * (1 + plan.config.spin) * _TRIAL_TIME
+            work += _CHAIN_TIME * _CHAIN_REBOUNDS * plan.config.spin / size.samples
         ends.append(max(work * node_seconds - spent, 0.0))
     return Cost(plan, (ends[0], ends[1]), spent)
 

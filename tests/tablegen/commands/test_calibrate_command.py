@@ -22,7 +22,7 @@ WORDS = ["calibrate", "my.csv", "--output", "fitted.toml", "--quiet"]
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(fits, "_MOST", 600)
+    monkeypatch.setattr(fits, "_MOST_REBOUNDS", 600)
     (tmp_path / "my.csv").write_text(DATA)
     (tmp_path / "start.toml").write_text(small_pair().text)
     return tmp_path

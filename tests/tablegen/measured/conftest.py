@@ -7,7 +7,7 @@ from tablegen.measured import fits
 @pytest.fixture
 def quick(monkeypatch):
     """Calibrations of a second: few particles."""
-    monkeypatch.setattr(fits, "_MOST", 600)
+    monkeypatch.setattr(fits, "_MOST_REBOUNDS", 600)
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ import pytest
 from refusals import refused
 
 from tablegen.config.grains import named_population
-from tablegen.measured.calibrate import _chosen, calibrate
+from tablegen.measured.calibrate import _choose_fit, calibrate
 from tablegen.measured.pair_file import starting_config, with_angles
 from tablegen.measured.reader import parse_measurements
 
@@ -50,11 +50,11 @@ def make_fit(miss, rows_missed, distance):
 
 def test_spreads_choose_among_grains_that_miss_a_row_or_two():
     rounded, well_rounded = make_fit(1.22, 1, 0.2), make_fit(1.05, 1, 1.1)
-    assert _chosen([make_fit(1.9, 5, 0.1), rounded, well_rounded]) is rounded
+    assert _choose_fit([make_fit(1.9, 5, 0.1), rounded, well_rounded]) is rounded
     holding_fit = make_fit(0.9, 0, 2.0)
-    assert _chosen([rounded, holding_fit]) is holding_fit
+    assert _choose_fit([rounded, holding_fit]) is holding_fit
     far = make_fit(6.0, 1, 0.1)
-    assert _chosen([far, well_rounded]) is well_rounded
+    assert _choose_fit([far, well_rounded]) is well_rounded
 
 
 def test_knots_are_added_at_other_angles_with_the_values_that_laws_have():
