@@ -182,7 +182,7 @@ def main(arguments=None):
     )
     args = parser.parse_args(arguments)
     if len(args.sizes) < 2 or sorted(set(args.sizes)) != args.sizes:
-        parser.error("argument --sizes: allowed: two or more diameters that grow")
+        parser.error("argument --sizes: give two or more diameters that grow")
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)  # slow hits are near its end
     table = args.table
     config = tablegen.parse_config(table.config, "--table")

@@ -73,15 +73,17 @@ class Outcome:
     @property
     def failures(self) -> dict[str, str]:
         """Failures of the model by kind, a line each."""
-        f, failed = self.figures, {}
+        figures, failed = self.figures, {}
         if self.non_finite:
             failed["not finite"] = f"{self.non_finite} of {self.particles} particles are not finite"
         if self.unfinished:
             failed["unfinished"] = "a particle is unfinished"
-        if f is not None:
-            failed |= failures_of(f.growth, MOST_GROWTH, f.least_velocity)
-        if f is not None and f.depth > MOST_DEPTH:
-            failed["in the wall"] = f"a contact is {f.depth:.3g} a deep, allowed: {MOST_DEPTH:g}"
+        if figures is not None:
+            failed |= failures_of(figures.growth, MOST_GROWTH, figures.least_velocity)
+        if figures is not None and figures.depth > MOST_DEPTH:
+            failed["in the wall"] = (
+                f"a contact is {figures.depth:.3g} a below the wall, more than {MOST_DEPTH:g} a"
+            )
         return failed
 
     def to_dict(self) -> dict[str, Any]:

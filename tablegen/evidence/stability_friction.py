@@ -32,9 +32,9 @@ def failures_of(growth: float | None, most: float, velocity: float | None) -> di
     """Describe a gain of energy and a least v+ [V] that are failures; None is no failure."""
     failures = {}
     if growth is not None and growth > most:
-        failures["growing energy"] = f"energy grows by {growth:.3g}, allowed: {most:g}"
+        failures["growing energy"] = f"energy grows by {growth:.3g}, and may grow by {most:g}"
     if velocity is not None and velocity <= 0.0:
-        failures["not leaving"] = f"a particle leaves with v+ = {velocity:.3g} V, allowed: above 0"
+        failures["not leaving"] = f"a particle leaves with v+ = {velocity:.3g} V, not above 0"
     return failures
 
 

@@ -58,12 +58,15 @@ class _Line(NamedTuple):
         """Give the cell of a column; empty if there is none."""
         return dict(zip(self.columns, self.cells, strict=True)).get(column, "")
 
-    def refusal(
-        self, given: str | None, allowed: str, column: str = "", problem: str = ""
-    ) -> InputError:
-        """Make the error of a line, or of one cell."""
+    def refusal(self, given: str, allowed: str, column: str = "") -> InputError:
+        """Make the error of a line with a wrong value, or of one cell."""
         place = f"line {self.number}" + (f", {column}" if column else "")
-        return InputError(place, given, allowed, problem=problem, source=self.file)
+        return InputError(place, given, allowed, source=self.file)
+
+    def lack(self, problem: str, remedy: str, column: str = "") -> InputError:
+        """Make the error of a line, or of one cell, in which something is missing."""
+        place = f"line {self.number}" + (f", {column}" if column else "")
+        return InputError(place, problem=problem, remedy=remedy, source=self.file)
 
 
 class _Range(NamedTuple):
@@ -147,8 +150,8 @@ def _lines(text: str, file: str) -> list[_Line]:
         try:
             cells = next(csv.reader(rest, strict=True, skipinitialspace=True))
         except csv.Error as error:
-            allowed = "cells with commas between them, quoted if they hold one"
-            raise _Line(file, number, ()).refusal(str(error), allowed) from None
+            remedy = "put commas between cells, and quotes around a cell that holds a comma"
+            raise _Line(file, number, ()).lack(str(error), remedy) from None
         cells_of.append(_Line(file, number, [" ".join(cell.split()) for cell in cells]))
     return cells_of
 
@@ -179,13 +182,10 @@ def _check_columns(header: _Line) -> None:
             raise header.refusal(f"column {shown(column)} twice", "each column once")
     for column in REQUIRED:
         if column not in names:
-            allowed, problem = (
-                f"{', '.join(REQUIRED)} and {one_of}",
-                f"column {shown(column)} is missing",
-            )
-            raise header.refusal(None, allowed, problem=problem)
+            remedy = f"give {', '.join(REQUIRED)} and {one_of}"
+            raise header.lack(f"column {shown(column)} is missing", remedy)
     if not set(QUANTITIES) & set(names):
-        raise header.refusal("no measured quantity", one_of)
+        raise header.lack("there is no measured quantity", f"give {one_of}")
 
 
 def _numbers_of_row(row: _Line) -> dict[str, float]:
@@ -194,7 +194,7 @@ def _numbers_of_row(row: _Line) -> dict[str, float]:
         raise row.refusal(f"{len(row.cells)} cells", f"{len(row.columns)}, one for each column")
     for column in REQUIRED:
         if not row.cell(column):
-            raise row.refusal("an empty cell", "a value in every row", column)
+            raise row.lack("the cell is empty", "give a value in every row", column)
     values = {column: _number(row, column) for column in NUMBERS}
     if math.isnan(values[_OUT]) and not math.isnan(values[_OUT + SPREAD]):
         values[_OUT] = 0.0  # by symmetry: few measure this mean
@@ -211,8 +211,8 @@ def _numbers_of_row(row: _Line) -> dict[str, float]:
         if math.isnan(values.get(quantity, 0.0)):
             raise row.refusal(given, f"a spread beside its mean only; give {quantity}", column)
     if all(math.isnan(values[quantity]) for quantity in QUANTITIES):
-        one_of = f"a value for one of {', '.join(QUANTITIES)} at least"
-        raise row.refusal("no measured quantity", one_of)
+        remedy = f"give a value for one of {', '.join(QUANTITIES)} at least"
+        raise row.lack("there is no measured quantity", remedy)
     return values
 
 
