@@ -36,7 +36,7 @@ from tablegen.simulation.direct_impacts import (
     DirectImpacts,
     DirectResults,
     Failure,
-    failure_of,
+    error_of_failure,
 )
 from tablegen.simulation.failures import first_not_finite
 from tablegen.simulation.rough_walls import rough_rebounds
@@ -383,7 +383,7 @@ class DirectModel:
             try:
                 rebounds(self._arrays, impacts.select(part), results.select(part))
             except Failure as failure:
-                raise failure_of(call, part.start + failure.row, failure.code) from None
+                raise error_of_failure(call, part.start + failure.row, failure.code) from None
 
         for _ in in_slices(work, call.rows.n, as_threads(threads) or processors()):
             pass  # the results are written

@@ -195,7 +195,7 @@ class DirectResults(NamedTuple):
         return DirectResults(self.states[part], self.inertia[part], works)
 
 
-def failure_of(call: Call, row: int, code: int) -> Exception:
+def error_of_failure(call: Call, row: int, code: int) -> Exception:
     """Make the error for a row and the code of a `Failure`."""
     arrays = call.rows.arrays
     if code == 0:
@@ -203,13 +203,15 @@ def failure_of(call: Call, row: int, code: int) -> Exception:
     if code == OUT_OF_BOUNDS:
         unnamed = ("normal", "half_size", "index", "hit", "grain", "inertia")
         names = [name for name in arrays if name not in unnamed]
-        given = "; ".join(f"{name} {_written(np.atleast_1d(call.at(name, row)))}" for name in names)
+        given = "; ".join(
+            f"{name} {_numbers_text(np.atleast_1d(call.at(name, row)))}" for name in names
+        )
         allowed = f"an impact at {ALPHA_DEG.words} and {SPEED.words}, with a spin of {SPIN.words}"
         return call.refusal(row, names[0], given, allowed)
     if code == TURNS_TOO_OFTEN:
         name = "omega" if "omega" in arrays else "spin"
         allowed = f"at most {MOST_TURNED:g} rad, 2 |spin| / sin(alpha1), before the first contact"
-        return call.refusal(row, name, _written(call.at(name, row)), allowed)
+        return call.refusal(row, name, _numbers_text(call.at(name, row)), allowed)
     if code == NOT_FINITE and not 0.0 <= call.at("inertia", row) < math.inf:
         given = f"{call.at('inertia', row):.9g}"
         return call.refusal(row, "inertia", given, "a finite number, 0 or more")
@@ -222,6 +224,6 @@ def failure_of(call: Call, row: int, code: int) -> Exception:
     return row_refusal(call, row, code)
 
 
-def _written(values: FloatArray) -> str:
+def _numbers_text(values: FloatArray) -> str:
     """Write numbers one after another."""
     return ", ".join(f"{x:.9g}" for x in values)

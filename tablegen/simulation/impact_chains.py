@@ -77,7 +77,7 @@ def simulate_departures(
     # the wall axes are those of the lab; at exactly normal impact `rebound` draws the axis x, which
     # changes nothing because the law is then symmetric about the normal
     after = model.rebound(
-        impacts.speed[:, None] * _towards(impacts.alpha1),
+        impacts.speed[:, None] * _directions_towards_wall(impacts.alpha1),
         np.array([0.0, 1.0, 0.0]),
         HALF_SIZE,
         omega=impacts.spin * turning,
@@ -94,7 +94,7 @@ def simulate_departures(
     return Departures(impacts, states, after.inertia, over)
 
 
-def _towards(alpha1: FloatArray) -> FloatArray:
+def _directions_towards_wall(alpha1: FloatArray) -> FloatArray:
     """Make unit vectors of velocities that meet the wall y = 0 at some angles, (n, 3)."""
     sine = np.minimum(np.sin(alpha1), 1.0)
     return np.column_stack([np.sqrt(1.0 - sine * sine), -sine, np.zeros(len(alpha1))])
