@@ -76,10 +76,10 @@ def test_a_mesh_of_a_box_is_the_prism(sized):
 def test_rows_and_what_is_no_grain(sized):
     shipped = sampler.load("corundum-steel-compact")
     grains = np.column_stack([range(4), np.full((4, 2), 0.8)])
-    found = sampler.half_size(shipped, 1.0, grains)
-    np.testing.assert_allclose(found, [0.62, 0.50, 0.51, 0.73], atol=0.005)
+    half_sizes = sampler.half_size(shipped, 1.0, grains)
+    np.testing.assert_allclose(half_sizes, [0.62, 0.50, 0.51, 0.73], atol=0.005)
     each = sampler.half_size(shipped, [1.0, 2.0, 1.0, 1.0], grains)
-    np.testing.assert_array_equal(each, found * [1.0, 2.0, 1.0, 1.0])
+    np.testing.assert_array_equal(each, half_sizes * [1.0, 2.0, 1.0, 1.0])
     for grain in ((6, 0.8, 0.8), (0, 1.1, 0.8), (1, 0.0, 0.8), (0, np.nan, 0.8), (0.8, 0.8)):
         refused("grain", sampler.sphericity, shipped, grain)
     refused("diameter", sampler.half_size, shipped, -1.0, (1, 0.8, 0.8))
