@@ -169,7 +169,7 @@ def with_comments(calibration: Calibration, data: Measurements, seed: int) -> Co
         _wrapped(
             f"Made by tablegen calibrate of rebound-tables {sampler.__version__} from "
             f"{data.name}.csv; grains: {fit.grains}; seed {seed}. The laws are the smoothest that "
-            "hold the means."
+            "give the measured means within their tolerances."
         ),
         [line for verdict in fit_lines(calibration) for line in _wrapped(verdict, "  ")],
         ["Fitted numbers, with standard errors:", *_indented(_parameters(fit))],
