@@ -4,9 +4,9 @@
 
 Air enters at 40 m/s along the wall of a cyclone of 0.2 m, and brings corundum grains of 5 to 100
 um. The script follows the grains under four laws of the wall: direct simulation, the table, the
-compact table, and the first-impact law of the table, which knows no spin. It prints for each shape
-and size how many grains are collected, their hits and residence time, the energy that they bring to
-the wall, and what they wear off it.
+compact table, and the law of first impacts of the table, which knows no spin. It prints for each
+shape and size how many grains are collected, their hits and residence time, the energy that they
+bring to the wall, and how much they wear it.
 
 Gas. The swirl is that of Barth (Brennst.-Waerme-Kraft 8 (1956) 1; Hoffmann & Stein, "Gas Cyclones
 and Swirl Tubes", 2008, chapters 4 and 6): friction at the wall takes angular momentum on the way
@@ -329,7 +329,7 @@ def follow(rebound, model, count, seed, progress):
 
 
 def without_spin(table):
-    """Make a law of the wall from the first-impact law of a table, for every hit."""
+    """Make a law of the wall from the law of first impacts of a table, for every hit."""
 
     def rebound(velocity, normal, half_size, *, omega, inertia, **keys):
         return table.rebound(velocity, normal, half_size, grain="fresh", **keys)

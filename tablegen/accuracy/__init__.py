@@ -3,14 +3,14 @@
 Direct simulation is the reference: `tablegen.simulation` follows each grain through its contacts
 with the wall. The particles of a measurement are new, so the fit of the table has never seen them.
 
-A table has two laws. The first-impact law draws from all grains of the population, without spin.
-The spin law draws for one grain, which the particle keeps from hit to hit. They are compared in
-this order:
+A table has two laws. The law of first impacts draws from all grains of the population, without
+spin. The spin law draws for one grain, which the particle keeps from hit to hit. They are compared
+in this order:
 
 ====================  =====================================  =================  ==================
 compared              where                                  in                 limits
 ====================  =====================================  =================  ==================
-first-impact law      conditions between nodes               `conditions`       ``ks`` to ``auc``
+law of first impacts  conditions between nodes               `conditions`       ``ks`` to ``auc``
 spin law, no spin     other conditions, two nearly normal    `conditions`       ``spin_ks`` to
                                                                                 ``spin_auc``
 spin law, with spin   hits 2 to 60 of grains between walls   `chains`           ``spin_chain_ks``

@@ -51,7 +51,7 @@ def conditions_table(measured: Sequence[Measured], caption: str) -> TextTable:
 def detail_tables(validation: Validation) -> list[TextTable]:
     """Make the tables of distances at all conditions, then a table of means for each condition."""
     laws = {
-        "First-impact law": validation.comparisons,
+        "Law of first impacts": validation.comparisons,
         "Spin law, at impacts without spin": validation.own,
     }
     tables = [conditions_table(law, caption) for caption, law in laws.items() if law]
@@ -96,7 +96,7 @@ def verdict_lines(validation: Validation) -> list[str]:
 def validation_notes(validation: Validation) -> list[str]:
     """Return what was compared, with which seed, and how it was judged."""
     seed, count = validation.seed, len(validation.comparisons)
-    lines = [f"The first-impact law was compared at {count} condition{'s' * (count != 1)}."]
+    lines = [f"The law of first impacts was compared at {count} condition{'s' * (count != 1)}."]
     if count:
         states = validation.comparisons[0].states
         lines = [f"{lines[0][:-1]}, with {states:,} states on each side."]

@@ -23,7 +23,7 @@ class Measured:
     #: Distances by the names of the metrics.
     estimates: dict[str, Estimate]
     #: Whether the spin law was compared, in which each particle keeps its own grain; else the
-    #: first-impact law was.
+    #: law of first impacts was.
     own: bool = field(default=False, kw_only=True)
 
     @property

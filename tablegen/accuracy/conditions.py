@@ -35,7 +35,7 @@ class Place(NamedTuple):
     alpha_deg: float
     speed: float
     #: Whether the spin law is compared, in which each particle keeps its own grain; else the
-    #: first-impact law is.
+    #: law of first impacts is.
     own: bool = False
 
 

@@ -110,8 +110,8 @@ def advice(numbers: Sequence[Judged]) -> str:
     return f"To make it hold, {'; or '.join(ways)}."
 
 
-#: What to change if a number is far above its limit. The number is one of the first-impact law, of
-#: the spin law at a condition without spin, or of the spin law along chains of hits.
+#: What to change if a number is far above its limit. The number is one of the law of first impacts,
+#: of the spin law at a condition without spin, or of the spin law along chains of hits.
 _REMEDIES = {
     "first": "Put a node there (alpha_nodes_deg or speed_nodes in [table]), or choose a range "
     "without this condition.",

@@ -35,8 +35,8 @@ _SAMPLES = 40.0
 #: First stream of random numbers of measurements. The nodes of a table use the streams below it.
 FIRST_STREAM = 2**31
 
-#: First number of the conditions of the spin law. Conditions of the first-impact law have numbers
-#: below it.
+#: First number of the conditions of the spin law. Conditions of the law of first impacts have
+#: numbers below it.
 FIRST_OWN = 2**29
 
 
@@ -104,7 +104,7 @@ def measure(
         Show a progress bar on standard error.
     """
     own = any(place.own for place in places)
-    first, task = (FIRST_OWN, "spin law") if own else (0, "first-impact law")
+    first, task = (FIRST_OWN, "spin law") if own else (0, "law of first impacts")
     work = partial(compare_condition, table, config, seed, samples)
     with bar(progress, "condition", total=len(places), desc=f"validating the {task}") as counter:
         return in_threads(work, enumerate(places, first), counter.update)

@@ -124,7 +124,7 @@ CHAINS: dict[str, Metric] = {
 #: Limits of a table that does not state its own.
 CHAIN_LIMITS = {"chain_ks": 0.1, "chain_energy": 0.025, "chain_spin": 0.2, "chain_angle": 0.12}
 
-#: Prefix of the limits of the spin law beside those of the first-impact law.
+#: Prefix of the limits of the spin law beside those of the law of first impacts.
 SPIN = "spin_"
 
 

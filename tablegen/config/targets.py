@@ -83,7 +83,7 @@ def asked_accuracy(declared: _Targets, text: str | None) -> _Targets:
 
 
 def _parsed(text: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Parse the limits of the first-impact law and of the spin law."""
+    """Parse the limits of the law of first impacts and of the spin law."""
     limits: dict[str, Any] = {}
     spin: dict[str, Any] = {}
     try:

@@ -234,14 +234,14 @@ def paper_blocks(statistics: FigureStatistics) -> list[Block]:
         "default, and with twice the tangential impulse of (5), factor = 2 in [pair.resistance]. "
         "A program does the second if it takes the sum of the velocities before and after the "
         "collision where (5) has their mean.",
-        "With twice the impulse every entry of this table of the paper is met within 2 percentage "
-        "points; with the printed equations entries are off by up to 10.",
+        "With twice the impulse, all entries of the paper's table of collisions agree within 2 "
+        "percentage points. With the printed equations, entries are off by up to 10.",
         collision_table(laws),
-        "Other statements of the paper can be checked as well. A cross marks a number that "
-        "disagrees with the paper: the two laws miss different statements.",
+        "The paper makes other statements that can be checked. A cross marks a number that "
+        "disagrees with the paper. The two laws miss different statements.",
         statement_table(laws),
-        "What a flow code would notice: with twice the impulse grains leave more slowly along the "
-        "wall, faster from it, and spin faster.",
+        "A flow code would notice the following: with twice the impulse, grains leave more slowly "
+        "along the wall and faster away from it, and they spin faster.",
         noticed_table(laws),
     ]
 

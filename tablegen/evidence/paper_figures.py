@@ -62,8 +62,8 @@ _INDICATRIX_ANGLES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 #: Figures of spins, and what to know of both kinds.
 _SPINS = (7, 8)
 _SPIN_WORDS = (
-    "Simulated spins are those at the departure, as in the paper; the table holds means over the "
-    "tumbling after it, which are a little smaller."
+    "Simulated spins are those at the departure, as in the paper. The table holds means over the "
+    "tumbling after the departure, which are a little smaller."
 )
 
 #: Bins over which a spatial indicatrix is smoothed.
@@ -79,12 +79,12 @@ _TO_SEE = {
     4: "The normal velocity falls towards normal impact, and its mean is above its mode.",
     5: "At 90° prisms have two maxima, unless the resistance is doubled; ellipsoids have one.",
     6: "Densities have long tails to fast rebounds, which means alone do not show.",
-    7: "Grains leave turning forwards, least at normal impact.",
+    7: "Grains spin forwards when they leave, and least at normal impact.",
     8: "Towards normal impact the density becomes symmetric about 0.",
-    9: "The paper's rotational energy has its maximum at 15 to 20°: dashed rather than solid.",
+    9: "In the paper the rotational energy is largest at 15 to 20°, as in the dashed curve.",
     10: "Most probable energies are far below the means of Figure 9.",
-    12: "All directions are alike around the normal, and most grains leave obliquely.",
-    13: "One lobe becomes two from 70° on; spheres, dashed, have one direction only.",
+    12: "All directions around the normal are equally likely, and most grains leave obliquely.",
+    13: "One lobe becomes two from 70° on. Spheres (dashed) leave in one direction only.",
 }
 
 

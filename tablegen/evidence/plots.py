@@ -66,7 +66,7 @@ def errors_picture(race: Benchmark, name: str, metrics: Sequence[str] = tuple(ME
         )
         title = (
             f"Error against {_TIME} at {condition}. Look to the lower left: small errors in a "
-            "short time. No method can be seen to be better than the grey noise."
+            "short time. No method can be shown to be better than the grey band, which is noise."
         )
         return make_picture(figure, name, title, alternative)
 

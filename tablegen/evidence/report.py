@@ -231,7 +231,7 @@ def make_accuracy_map(
 
 
 class _FirstImpacts:
-    """The first-impact law of a table as a law of the wall for every hit."""
+    """The law of first impacts of a table as a law of the wall for every hit."""
 
     def __init__(self, table: Table) -> None:
         self.table = table

@@ -101,8 +101,8 @@ def _summary(report: Report, config: Config) -> list[Block]:
         for family in ("direct simulation", "table")
     )
     return [
-        "Is the table as accurate as it declares, what does a draw cost, and do the methods that "
-        "one would use without a table do as well?",
+        "This report answers three questions. Is the table as accurate as it declares? What does a "
+        "draw cost? Are the methods that one would use without a table as good?",
         headline(report, config),
         f"{report.table_bytes:,} bytes hold the whole range of angles and speeds. A draw at "
         f"random conditions takes {report.random_nanoseconds:.0f} ns. At {_place(race)} direct "
@@ -118,9 +118,9 @@ def _methods(report: Report, pictures: Mapping[str, Picture]) -> list[Block]:
     effort = report.effort
     blocks: list[Block] = [
         f"Each method gives {effort.batches} batches of {effort.batch:,} states, compared with "
-        f"{effort.reference:,} direct ones; the classifier sees {effort.classified:,} a side. "
-        "Bars are 95 % confidence intervals of the mean. Grey is the noise floor, the errors of "
-        "batches of direct simulation.",
+        f"{effort.reference:,} directly simulated states; the classifier takes "
+        f"{effort.classified:,} of each. Bars are 95 % confidence intervals of the mean. The grey "
+        "band is the noise floor: the errors of batches of direct simulation.",
         "Direct simulation and tables answer at any angle and speed. The methods with open symbols "
         f"have the easier task: each is fitted to {effort.training:,} states at the condition at "
         "which it is judged. Independent marginals draw each variable by itself; stored states are "
