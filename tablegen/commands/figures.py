@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from sampler import options
+from sampler.errors import InputError
 from sampler.files import write_bytes
 from sampler.options import DONE
 from tablegen.commands import shared
@@ -23,7 +24,7 @@ from tablegen.config.defaults import FIGURES_COUNT, FIGURES_QUICK_COUNT
 @click.option(
     "--output",
     required=True,
-    type=click.Path(file_okay=False, path_type=Path),
+    type=click.Path(path_type=Path),
     metavar="DIR",
     help="Folder for the figures and the page.",
 )
@@ -56,6 +57,8 @@ def figures(
     from tablegen.presentation import require_matplotlib
 
     require_matplotlib("tablegen figures")
+    if output.is_file():
+        raise InputError("--output", problem=f"{output} is a file", remedy="give a folder")
     files_before = [*output.glob("figure-*"), output / PAGE]
     for file in files_before if output.exists() else [output]:
         shared.check_written(file)

@@ -38,10 +38,6 @@ def test_files_are_named_as_they_were_typed(refused, tmp_path):
     scene.write_text('name = "m"\npair = "demo"\n[[population.meshes]]\nfile = "none.stl"\n')
     line = refused("generate", scene, "--output", tmp_path / "t.h5")
     assert line == f"scene.toml: population.meshes[0].file: there is no file {none}"
-    (tmp_path / "taken").touch()
-    line = refused("figures", "--output", tmp_path / "taken")
-    assert "'--output'" in line
-    assert line.endswith("taken' is a file.")
 
 
 def test_missing_and_unknown_words_are_named(refused):

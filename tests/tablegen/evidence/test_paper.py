@@ -149,7 +149,7 @@ def test_spheres_are_refused_with_the_reason(refused, tmp_path):
     ("place", "refusal"),
     [
         ("none/there/x", "cannot write none/there/x: there is no folder {folder}/none/there"),
-        ("taken", "cannot write taken/paper.html: Not a directory"),
+        ("taken", "taken is a file; give a folder"),
     ],
 )
 def test_refusals_name_the_folder(refused, monkeypatch, tmp_path, place, refusal):
