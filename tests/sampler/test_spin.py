@@ -104,7 +104,8 @@ class TestSample:
             alpha1, speed, spin=spin, inertia=before, inertia_after=after[0], **KEYS
         )
         mirrored = table.sample(
-            *(alpha1, speed),
+            alpha1,
+            speed,
             spin=spin * MIRROR[3:],
             inertia=before,
             inertia_after=after[1],

@@ -164,7 +164,12 @@ def test_what_a_table_says_of_itself(table, contents):
     assert table.config == contents.config
     assert table.accuracy["ks"].shape == (2, 6)
     assert set(table.accuracy) == {
-        *("alpha_deg", "speed", "ks", "sliced_wasserstein", "correlation_error", "auc")
+        "alpha_deg",
+        "speed",
+        "ks",
+        "sliced_wasserstein",
+        "correlation_error",
+        "auc",
     }
     assert repr(table) == "<sampler.Table made-up: 20 to 90 deg, 50 to 300 m/s>"
 
