@@ -111,8 +111,8 @@ def generate(
     A table takes minutes, so this example is not run by the tests:
 
     >>> from tablegen import generate, load_config
-    >>> made = generate(load_config("demo"), "demo.h5")  # doctest: +SKIP
-    >>> made.validation.holds  # doctest: +SKIP
+    >>> generated = generate(load_config("demo"), "demo.h5")  # doctest: +SKIP
+    >>> generated.validation.holds  # doctest: +SKIP
     True
     """
     as_integer("conditions", conditions, 0, 2**63 - 1, "0 or more")
