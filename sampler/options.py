@@ -56,10 +56,13 @@ class Command(click.Command):
             raise error.replaced(argument=self._typed(error.argument)) from error
 
     def _typed(self, argument: str) -> str:
-        """Return the first option that may have given an argument, by name or kind of file."""
+        """Return the first option that may have given an argument, by name or kind of file.
+
+        An error about an output names its file, and may be about any of several outputs.
+        """
         for param in self.params:
             kind = getattr(param.type, "kind_of_file", None)
-            if argument in (param.name, kind):
+            if argument in (param.name, kind) and not isinstance(param.type, OutputFile):
                 return flag_of(param) if isinstance(param, click.Option) else argument
         return argument
 

@@ -20,6 +20,7 @@ from sampler.options import (
     OUTPUT,
     TABLE,
     Command,
+    Named,
     Program,
     output,
     overwrite,
@@ -88,6 +89,30 @@ def test_an_output_is_no_input(tmp_path, capsys):
         assert named in capsys.readouterr().err
     assert run_program(program, ["work", str(path), "--output", str(tmp_path / "b")]) == 0
     assert path.read_bytes() == b"kept"
+
+
+@pytest.mark.parametrize(
+    ("argument", "source", "named"),
+    [
+        ("measurements", "", "--measured"),
+        ("seed", "", "--seed"),
+        ("seed", "a.toml", "a.toml: seed"),  # a field of a file
+        ("table", "", "table"),  # typed without a flag
+        ("output", "", "output"),  # of --output or of --json
+    ],
+)
+def test_an_error_names_the_option_as_it_was_typed(capsys, argument, source, named):
+    @click.command("work", cls=Command, epilog="")
+    @click.argument("table", type=TABLE)
+    @click.option("--measured", type=Named(".csv"))
+    @click.option("--seed")
+    @click.option("--output", type=OUTPUT)
+    @click.option("--json", "json_file", type=OUTPUT)
+    def work(**_):
+        raise InputError(argument, 1, "2", source=source)
+
+    assert run_program(Program("prog", commands=[work]), ["work", "t.h5"]) == BAD_INPUT
+    assert capsys.readouterr().err == f"prog: error: {named}: got 1, allowed: 2\n"
 
 
 def test_an_output_has_its_suffix_and_is_kept(tmp_path, capsys):
