@@ -17,6 +17,7 @@ from tablegen.measured.measurements import Measurements
 from tablegen.measured.pair_file import starting_config, with_angles, with_comments
 from tablegen.measured.reader import read_measurements
 from tablegen.measured.result import Calibration, Fit
+from tablegen.measured.smoothest import HOPELESS
 from tablegen.progress import bar
 from tablegen.simulation.simulate import check_run
 
@@ -128,13 +129,19 @@ def calibrate(
         bar(progress, "population", total=len(starts)) as counted,
     ):
         fitter, fits = Fitter(data, targets, speed, seed, threads), list[Fit]()
+        several = len(starts) > 1
         for label, config in starts.items():
             counted.set_description_str(label)
-            fits.append(fitter.fit(label, config, chosen_names(config, free), name))
+            fits.append(fitter.fit(label, config, chosen_names(config, free), name, several))
             counted.update(1)
         chosen = _choose_fit(fits)
-        if start is None and not chosen.holds:
-            chosen = _fit_with_more_knots(fitter, data, chosen, starts[chosen.grains], name)
+        if not chosen.holds:
+            config = starts[chosen.grains]
+            if several and chosen.means[0].miss > HOPELESS:
+                # its search was perhaps given up, and the advice names the rows that it misses
+                chosen = fitter.fit(chosen.grains, config, chosen_names(config, free), name)
+            if start is None:
+                chosen = _fit_with_more_knots(fitter, chosen, config, name)
             fits = [chosen if fit.grains == chosen.grains else fit for fit in fits]
     calibration = Calibration(tuple(fits), chosen, _advice(data, chosen))
     config = with_comments(calibration, data, seed)
@@ -202,9 +209,7 @@ def _choose_fit(fits: Sequence[Fit]) -> Fit:
     return holding[0]
 
 
-def _fit_with_more_knots(
-    fitter: Fitter, data: Measurements, fit: Fit, start: Config, name: str
-) -> Fit:
+def _fit_with_more_knots(fitter: Fitter, fit: Fit, start: Config, name: str) -> Fit:
     """Fit again with knots of the laws at the angles of missed rows too; return the better fit.
 
     A law that bends between its knots cannot be followed there.

@@ -80,8 +80,13 @@ class Fitter:
     seed: int
     threads: int | None
 
-    def fit(self, grains: str, start: Config, names: Sequence[str], name: str) -> Fit:
-        """Fit free fields of a pair, and simulate the result with other random numbers."""
+    def fit(
+        self, grains: str, start: Config, names: Sequence[str], name: str, give_up: bool = False
+    ) -> Fit:
+        """Fit free fields of a pair, and simulate the result with other random numbers.
+
+        With ``give_up``, grains that miss a mean by far are left early.
+        """
         numbers = FreeNumbers(start, names)
         speeds = impact_speeds(start.pair, self.data, self.speed)
         count = min(_MOST_REBOUNDS, max(_ALL_REBOUNDS // len(speeds), _LEAST_REBOUNDS)) // len(
@@ -94,7 +99,7 @@ class Fitter:
             off = [(mean[t.quantity][t.row] - t.measured) / t.tolerance for t in self.targets]
             return np.array(off)
 
-        solution = smoothest(numbers, misses)
+        solution = smoothest(numbers, misses, give_up)
         if solution.worst < _FAR:
             last = self.seed ^ _LAST_SEED
             solution = polished(

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import lsq_linear
+from scipy.optimize import linprog, lsq_linear
 
 from tablegen.measured.free_numbers import FreeNumbers
 from tablegen.model.float_array import FloatArray
@@ -26,6 +26,10 @@ _LENGTHS, _LEAST_GAIN = (1.0, 0.5, 0.2), 0.05
 #: After more than `_PATIENCE` weights that leave the worst mean above `_IMPROVEMENT` of the best so
 #: far, the grains cannot hold it.
 _PATIENCE, _IMPROVEMENT = 2, 0.97
+
+#: Weights after which a search may be given up, and the worst mean over its tolerance, by the
+#: slopes there, from which it is. The slopes at the start promise too little.
+_TRIED, HOPELESS = 2, 2.0
 
 #: Largest second difference of restitution between neighbouring angles of a smooth law.
 _LARGEST_BEND = 0.25
@@ -93,6 +97,16 @@ class Penalty:
         bounds = (self._low - x - slack, self._high - x + slack)
         return np.asarray(lsq_linear(matrix, wanted, bounds=bounds).x)
 
+    def least_worst(self, solution: Solution) -> float:
+        """Compute how small the worst miss can get within the bounds, if the slopes stay."""
+        (m, p), misses = solution.slopes.shape, solution.misses
+        sides = np.vstack([solution.slopes, -solution.slopes])
+        rows = np.hstack([sides, -np.ones((2 * m, 1))])
+        bounds = [*zip(self._low - solution.x, self._high - solution.x, strict=True), (0.0, None)]
+        cost = np.append(np.zeros(p), 1.0)
+        least = linprog(cost, rows, np.concatenate([-misses, misses]), bounds=bounds)
+        return float(least.fun) if least.success else 0.0
+
     def clipped(self, x: FloatArray) -> FloatArray:
         """Move coordinates within their bounds."""
         return np.clip(x, self._low, self._high)
@@ -117,17 +131,23 @@ def slopes_at(numbers: FreeNumbers, misses: Misses, x: FloatArray, here: FloatAr
     return np.array(columns).T
 
 
-def smoothest(numbers: FreeNumbers, misses: Misses) -> Solution:
-    """Find the smoothest laws that hold all means, or those that come nearest."""
+def smoothest(numbers: FreeNumbers, misses: Misses, give_up: bool = False) -> Solution:
+    """Find the smoothest laws that hold all means, or those that come nearest.
+
+    With ``give_up``, the search ends early where even laws of any roughness would miss a mean by
+    `HOPELESS` tolerances: these are most of its time.
+    """
     penalty, x = Penalty(numbers), numbers.start
     here = misses(x)
     best = Solution(x, here, slopes_at(numbers, misses, x, here), _WEIGHTS[0], numbers.bend(x))
     waited, now = 0, best
-    for weight in _WEIGHTS:
+    for tried, weight in enumerate(_WEIGHTS, 1):
         now = _descended(numbers, misses, penalty, now._replace(weight=weight))
         waited = 0 if now.rank < (best.rank[0], _IMPROVEMENT * best.worst) else waited + 1
         best = min(best, now, key=lambda one: one.rank)
         if best.holds or waited > _PATIENCE:
+            break
+        if give_up and tried >= _TRIED and penalty.least_worst(now) > HOPELESS:
             break
     return best
 

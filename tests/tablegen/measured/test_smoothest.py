@@ -39,6 +39,19 @@ def test_the_smoothest_law_holds_every_mean_and_no_more():
     assert not solution.holds
 
 
+@pytest.mark.parametrize(("wanted", "sooner"), [(1.2, True), (0.6, False)])
+def test_only_a_search_without_hope_is_given_up(wanted, sooner):
+    numbers, trials = tabulated([0.5] * 7), {True: 0, False: 0}
+    for give_up in trials:
+
+        def misses(x, give_up=give_up):
+            trials[give_up] += 1
+            return (x - wanted) / 0.02
+
+        smoothest(numbers, misses, give_up)
+    assert (trials[True] < trials[False]) == sooner
+
+
 def test_bootstrapped_errors_follow_the_noise():
     numbers, rng = tabulated([0.5] * 7), np.random.default_rng(3)
     place = np.linspace(0.0, 6.0, 40)
