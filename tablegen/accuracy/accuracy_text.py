@@ -5,13 +5,18 @@ from collections.abc import Mapping, Sequence
 from tablegen.accuracy.comparison import Comparison, Measured
 from tablegen.accuracy.judgement import Judged, advice
 from tablegen.accuracy.validate import Validation
-from tablegen.config.metric_table import METRICS, little_declared, metric_of
+from tablegen.config.metric_table import METRICS, SPIN, little_declared, metric_of
 from tablegen.presentation import TextTable
 
 _JUDGEMENT_RULE = (
     "A number holds if number - 3 error is within its limit. If the true distance is within the "
     "limit, the number misses it with a probability of at most 1 in 700. All numbers include "
     "sampling noise."
+)
+
+_NEARLY_ROUND = (
+    "Nearly round grains rebound almost alike, so small errors of their spin law are large "
+    "distances."
 )
 
 
@@ -90,7 +95,10 @@ def verdict_lines(validation: Validation) -> list[str]:
     config, missed = validation.config, validation.missed
     same = (validation.asked, validation.asked_spin) == (config.accuracy, config.spin_targets)
     words = verdict_words(missed, "declared accuracy" if same else "accuracy asked for")
-    return [words, advice(validation.numbers)] if missed else [words]
+    if not missed:
+        return [words]
+    round_spin = config.population.nearly_round and any(n.name.startswith(SPIN) for n in missed)
+    return [words, *[_NEARLY_ROUND] * round_spin, advice(validation.numbers)]
 
 
 def validation_notes(validation: Validation) -> list[str]:

@@ -25,8 +25,9 @@ from tiny_tables import TINY
 from sampler.formats.hdf5 import read_table, write_table
 from sampler.options import DONE, MISSED
 from sampler.table import Table
-from tablegen.accuracy.accuracy_text import validation_notes
+from tablegen.accuracy.accuracy_text import validation_notes, verdict_lines
 from tablegen.accuracy.validate import validate
+from tablegen.config.config import load_population
 from tablegen.config.metric_table import METRICS
 from tablegen.tables.assembly import store_accuracy
 
@@ -171,6 +172,11 @@ class TestSpinLaw:
         after = read_table(path)
         assert after["spin_accuracy/spin"].tolist() == [[0.0, 0.0, 0.0]]
         assert after["spin_accuracy/auc"].tolist() == [result.own[0].estimates["auc"].value]
+        # where a spin law misses, nearly round grains are named as the cause
+        missed = replace(result, asked_spin=result.asked_spin.model_copy(update={"auc": 0.1}))
+        assert "Nearly round" not in " ".join(verdict_lines(missed))
+        grains = SPINNING.with_changes({"population": load_population("well-rounded")})
+        assert "Nearly round" in " ".join(verdict_lines(replace(missed, config=grains)))
 
     def test_command(self, run, spinning, tmp_path):
         """`test_chains` has the wrong laws that chains must notice."""
