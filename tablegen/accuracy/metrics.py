@@ -25,7 +25,7 @@ laws are the same, so there are four (`ESTIMATES`):
 
         C = |r_jk - s_jk|
 
-    Standard error: the root of the sum of both variances of `correlation_variances`.
+    Standard error: the root of the sum of both variances of `correlations`.
 ``auc``
     Area under the ROC curve of a classifier that tells the samples apart: the probability that it
     ranks a state of the table above one of direct simulation. Standard error (DeLong):
@@ -151,10 +151,10 @@ def ks_distances(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def _largest_gap(a: FloatArray, b: FloatArray) -> float:
     """Compute the largest difference of the distribution functions of two sorted samples."""
-    points = np.concatenate((a, b))
-    below_a = np.searchsorted(a, points, side="right") / a.size
-    below_b = np.searchsorted(b, points, side="right") / b.size
-    return float(np.abs(below_a - below_b).max())
+    # the function of a is larger by most at a value of a, where it has just grown, and so for b
+    more_a = np.arange(1, a.size + 1) / a.size - np.searchsorted(b, a, side="right") / b.size
+    more_b = np.arange(1, b.size + 1) / b.size - np.searchsorted(a, b, side="right") / a.size
+    return float(max(more_a.max(), more_b.max()))
 
 
 def ratio(table: FloatArray, direct: FloatArray) -> Estimate:
@@ -174,32 +174,30 @@ def correlation_error(table: FloatArray, direct: FloatArray) -> Estimate:
     value: standard errors differ from pair to pair, because at grazing impacts some correlations
     depend on few rare rebounds.
     """
-    variance = correlation_variances(table) / len(table)
-    variance += correlation_variances(direct) / len(direct)
+    (table_r, table_variance), (direct_r, direct_variance) = (
+        correlations(table),
+        correlations(direct),
+    )
+    variance = table_variance / len(table)
+    variance += direct_variance / len(direct)
     errors = (1.0 + _CORRELATION_NOISE / 3.0) * np.sqrt(variance)
-    gaps = np.triu(np.abs(correlations(table) - correlations(direct)), 1)
+    gaps = np.triu(np.abs(table_r - direct_r), 1)
     # a gap of exactly 0 is that of a constant variable, or lies outside the upper triangle
     certain = np.where(gaps > 0.0, gaps - 3.0 * errors, -np.inf)
     worst = np.unravel_index(certain.argmax(), gaps.shape)
     return Estimate(float(gaps[worst]), float(errors[worst]))
 
 
-def correlations(values: FloatArray) -> FloatArray:
-    """Compute the matrix (d, d) of correlations of values (n, d); 0 where one is constant."""
-    scaled = standardised(values)
-    return scaled.T @ scaled / len(values)
-
-
-def correlation_variances(values: FloatArray) -> FloatArray:
-    """Compute n times the variance of each estimated correlation, (d, d), of values (n, d).
+def correlations(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Compute the correlations of values (n, d), and n times the variance of each estimate, (d, d).
 
     With the standardised variables z, the error of an estimate of r_jk is, to first order, the mean
     over the states of::
 
         z_j z_k - r_jk (z_j^2 + z_k^2) / 2
 
-    The function returns the variance of this expression, which does not assume normal variables. It
-    is 0 on the diagonal and for constant variables.
+    The variance is that of this expression, and does not assume normal variables. It is 0 on the
+    diagonal. Both numbers are 0 where a variable is constant.
     Source: Ferguson, A Course in Large Sample Theory (1996), chapter 8.
     """
     z = standardised(values)
@@ -208,7 +206,7 @@ def correlation_variances(values: FloatArray) -> FloatArray:
     odd = (squares * z).T @ z / count
     fourth = np.diag(even)
     ends = fourth[:, None] + 2.0 * even + fourth[None, :]
-    return np.maximum(even - r * (odd + odd.T) + 0.25 * r * r * ends, 0.0)
+    return r, np.maximum(even - r * (odd + odd.T) + 0.25 * r * r * ends, 0.0)
 
 
 def sliced_wasserstein(a: FloatArray, b: FloatArray, settings: Settings) -> Estimate:

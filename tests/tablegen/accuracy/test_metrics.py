@@ -15,7 +15,7 @@ from tablegen.accuracy.metrics import (
     Settings,
     auc,
     classifier_scores,
-    correlation_variances,
+    correlations,
     ks_distances,
     ratio,
     sliced_wasserstein,
@@ -127,7 +127,7 @@ def test_correlation_variance_of_a_pair_that_is_not_normal():
         return np.column_stack((x[:, 0], x[:, 0] + x[:, 1]))
 
     repeated = np.var([np.corrcoef(heavy(2000).T)[0, 1] for _ in range(400)]) * 2000
-    variance = correlation_variances(heavy(200_000))[0, 1]
+    variance = correlations(heavy(200_000))[1][0, 1]
     assert variance == pytest.approx(repeated, rel=0.2)
     assert variance != pytest.approx((1.0 - 0.5) ** 2, rel=0.2)  # as normality would give
 
