@@ -152,9 +152,10 @@ def map_picture(
         return make_picture(
             figure,
             "map.svg",
-            f"Distance of the table from direct simulation. Cells: this run, {atlas.samples:,} "
-            "states a side. Dots: stored in the table, measured when it was made. Dark cells are "
-            "where the table is least accurate; none should be above the declared value.",
+            "Distance of the table from direct simulation. The cells are those of this run, with "
+            f"{atlas.samples:,} states from each. The dots are stored in the table, and were "
+            "measured when it was made. The table is least accurate where cells are dark. Apart "
+            "from noise, no value should be above the declared one.",
             "Four maps over impact angle and speed, one of each metric; the table below has the "
             "numbers.",
         )
@@ -188,9 +189,9 @@ def _one_speed_picture(
         return make_picture(
             figure,
             "map.svg",
-            f"Distance of the table from direct simulation, {atlas.samples:,} states a side. The "
-            "table has one speed. A table is as accurate as it declares where the points are below "
-            "the dashed line.",
+            f"Distance of the table from direct simulation, {atlas.samples:,} states from each. "
+            "The table has one speed. It is as accurate as it declares if the points are below the "
+            "dashed line.",
             "Four plots against the impact angle, one of each metric; the table below has the "
             "numbers.",
         )
@@ -231,10 +232,11 @@ def view_picture(drawn: FloatArray, direct: FloatArray, place: str, name: str) -
             panels[5, k].set_xlabel(SYMBOLS[variable])
             panels[k, 0].set_ylabel(SYMBOLS[variable])
         title = (
-            f"At {place}, {len(direct):,} states a side. Diagonal: table (line) on direct "
-            "simulation (grey). Below: square root of the density of direct simulation. Above: "
-            f"table minus direct, from -5 (blue) to 5 (red) standard errors; {beyond} of {judged} "
-            f"cells with 20 states or more are beyond 3, {0.0027 * judged:.0f} expected by chance."
+            f"The law at {place}, with {len(direct):,} states from each. On the diagonal the table "
+            "(line) lies on direct simulation (grey). Below it is the square root of the density "
+            "of direct simulation. Above it is the table minus direct simulation, from -5 (blue) to "
+            f"5 (red) standard errors. Of {judged} cells with 20 states or more, {beyond} are beyond 3 "
+            f"standard errors; chance alone gives {0.0027 * judged:.0f}."
         )
         alternative = "Six by six plots of the variables of a state and of all pairs of them."
         return make_picture(figure, name, title, alternative)

@@ -24,12 +24,12 @@ from tablegen.simulation.simulate import simulate
 
 _HEADS = [metric.head for metric in METRICS.values()]
 METHOD_HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
-MAP_HEAD = ("condition", *_HEADS, "share of the declared", "of which")
+MAP_HEAD = ("condition", *_HEADS, "largest share of a limit", "of")
 SPINNING_HEAD = ("law of the wall", "ns/rebound", "KS", "energy", "squared spin", "angle")
 HITS_HEAD = ("hits", "law of the wall", "KS", "energy", "squared spin", "angle")
 
 #: What the columns of distances are.
-METRIC_WORDS = ", ".join(f"{metric.head}: {metric.label}" for metric in METRICS.values())
+METRIC_WORDS = "; ".join(f"{metric.head}: {metric.label}" for metric in METRICS.values())
 
 #: Purposes of random numbers, apart from those of the measurements.
 _DIRECT, _TABLE = range(300, 302)
@@ -80,8 +80,8 @@ def report_sections(
     config = stored_config(sampler.load(report.table).config, f"{report.table}: config")
     declared = {name: getattr(config.accuracy, name) for name in METRICS}
     accuracy: list[Block] = [
-        "The table is compared with direct simulation at angles and speeds between its nodes. "
-        f"{METRIC_WORDS}. All values include sampling noise.",
+        "The table is compared with direct simulation at angles and speeds between its nodes. The "
+        f"distances are: {METRIC_WORDS}. All values include sampling noise.",
         *([pictures["map"]] if pictures else []),
         TextTable("Conditions, the worst first", MAP_HEAD, map_rows(report, declared)),
     ]

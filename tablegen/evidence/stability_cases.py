@@ -33,8 +33,8 @@ class Case:
     def __str__(self) -> str:
         ba, cb = self.aspect
         return (
-            f"{self.shape} {ba:g} {cb:g}, {self.alpha_deg:g} degrees, {self.speed:g} m/s, "
-            f"spin {self.spin:g} V/a"
+            f"{self.shape} with b/a {ba:g} and c/b {cb:g}, {self.alpha_deg:g} degrees, "
+            f"{self.speed:g} m/s, spin {self.spin:g} V/a"
         )
 
     def population(self, config: Config) -> Population:

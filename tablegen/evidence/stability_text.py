@@ -47,17 +47,23 @@ CHAIN_HEAD = (
     "spin [V/a]",
 )
 
+FRICTION_LEGEND = (
+    "Random particles of the population hit the wall at random angles, speeds and spins, under "
+    "Coulomb's law of friction. Each row has several laws, with restitutions from 0 to 1. A "
+    "negative gain of energy is a loss; v+ is the velocity away from the wall."
+)
+
 CHAIN_LEGEND = (
-    "Grains fly from wall to wall without gas. They take four numbers of rotation along: the mean "
-    "angular velocity, and the inertia about it. After each hit speed and spin are scaled back to "
-    "the first speed. A negative gain of energy is a loss. Angle, energy and spin are those of the "
-    "last hits: the median angle at which grains leave the wall, the share of its translational "
-    "energy that a grain keeps, and the root of the mean squared spin."
+    "Grains fly from wall to wall without gas. They keep four numbers of rotation from wall to "
+    "wall: the mean angular velocity, and the inertia about it. After each hit the speed is set "
+    "back to the first speed, and the spin is scaled in the same proportion. Angle, energy and "
+    "spin are those of the last hits: the median angle at which grains leave the wall, the share "
+    "of its translational energy that a grain keeps, and the root of the mean squared spin."
 )
 ROLLING_LEGEND = (
-    "Rolling discs meet a cylinder at 0.05° without a velocity at their contact. The round one "
+    "Rolling discs meet a cylinder at 0.05°, and their contact point has no velocity. A round disc "
     "(b/a = 1) rolls for ever: it keeps all of its energy, and its hops become ever flatter, down "
-    "to 0.0057°, the least angle that is followed. The other (b/a = 0.9) bounces along."
+    "to 0.0057°, the smallest angle that is followed. A disc with b/a = 0.9 bounces along the wall."
 )
 
 #: Sentence of a study in which no case failed.
@@ -173,8 +179,11 @@ def study_section(study: Study, pictures: Sequence[Picture] = ()) -> Section:
         TextTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
     ]
     if study.friction:
-        caption = "Coulomb friction: random impacts of the whole population, restitutions 0 to 1"
-        blocks.append(TextTable(caption, FRICTION_HEAD, friction_rows(study.friction)))
+        caption = "Coulomb friction, by the coefficients"
+        blocks += [
+            FRICTION_LEGEND,
+            TextTable(caption, FRICTION_HEAD, friction_rows(study.friction)),
+        ]
     if study.chains:
         caption = "Many hits: sixty of all grains, a thousand of discs that roll"
         table = TextTable(caption, CHAIN_HEAD, chain_rows(study.chains))
