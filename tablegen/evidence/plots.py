@@ -234,9 +234,9 @@ def view_picture(drawn: FloatArray, direct: FloatArray, place: str, name: str) -
         title = (
             f"The law at {place}, with {len(direct):,} states from each. On the diagonal the table "
             "(line) lies on direct simulation (grey). Below it is the square root of the density "
-            "of direct simulation. Above it is the table minus direct simulation, from -5 (blue) to "
-            f"5 (red) standard errors. Of {judged} cells with 20 states or more, {beyond} are beyond 3 "
-            f"standard errors; chance alone gives {0.0027 * judged:.0f}."
+            "of direct simulation. Above it is the table minus direct simulation, from -5 (blue) "
+            f"to 5 (red) standard errors. Of {judged} cells with 20 states or more, {beyond} are "
+            f"beyond 3 standard errors; chance alone gives {0.0027 * judged:.0f}."
         )
         alternative = "Six by six plots of the variables of a state and of all pairs of them."
         return make_picture(figure, name, title, alternative)
