@@ -182,7 +182,7 @@ def main(arguments=None):
     )
     args = parser.parse_args(arguments)
     if len(args.sizes) < 2 or sorted(set(args.sizes)) != args.sizes:
-        parser.error("argument --sizes: give two or more diameters that grow")
+        parser.error("argument --sizes: give two or more increasing diameters")
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)  # slow hits are near its end
     table = args.table
     config = tablegen.parse_config(table.config, "--table")
@@ -192,7 +192,8 @@ def main(arguments=None):
     sizes = 1e-6 * np.array(args.sizes)
     laws = {name: laws[name] for name in LOOKS}
     results = follow_each(laws, table, args.grains, sizes[[0, -1]], args.seed)
-    for low, high in (sizes[[0, -1]], *itertools.pairwise(sizes)):
+    # all sizes, and then each class, unless there is only one
+    for low, high in dict.fromkeys([(sizes[0], sizes[-1]), *itertools.pairwise(sizes)]):
         print_results(results, low, high)
     if args.output:
         draw_results(results, args.grains, sizes).savefig(args.output / "wall_laws.png", dpi=110)

@@ -22,7 +22,7 @@ import pytest
         ("how_sure", ["--seed", "1.5"], "--seed: got 1.5"),
         ("openfoam_bend", ["no/such/folder"], "folder: got no/such/folder"),
         ("wall_cost", ["--grains", "0"], "--grains: got 0"),
-        ("wall_laws", ["--sizes", "50"], "--sizes: give two or more diameters that grow"),
+        ("wall_laws", ["--sizes", "50"], "--sizes: give two or more increasing diameters"),
         ("wall_laws", ["--sizes", "60", "50"], "--sizes"),
         ("wall_laws", ["--output", "nowhere"], "--output: got nowhere"),
         ("wear", ["--table", "corundum-steel"], "--table: got corundum-steel, allowed: tables"),
