@@ -84,6 +84,9 @@ def main(arguments=None):
         colour, marker, _ = LOOKS.get(name, (LOOKS["table"][0], "o", ""))
         axes.errorbar(share, off, error, color=colour, marker=marker, linestyle="", label=name)
     axes.set(xscale="log", xlabel="walls, % of the run time", ylabel="error, %", ylim=(0.0, None))
+    ticks = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0]
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()
     axes.legend()
     if args.figure:
         figure.savefig(args.figure, dpi=110)

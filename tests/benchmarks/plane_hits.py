@@ -17,12 +17,13 @@ UP = np.array([0.0, 1.0, 0.0])
 
 def energies(table, turn, alpha_deg):
     """Mean energy after each hit, J/kg; `turn` mirrors the velocity before the next one or not."""
-    alpha, omega, means = np.radians(alpha_deg), None, []
+    alpha, omega, inertia, means = np.radians(alpha_deg), np.zeros(3), 0.0, []
     velocity = np.tile(SPEED * np.array([np.cos(alpha), -np.sin(alpha), 0.0]), (COUNT, 1))
     normal = UP
     for hit in range(HITS):
-        keys = {"omega": omega, "seed": 1, "index": np.arange(COUNT), "hit": hit}
-        velocity, omega = table.rebound(velocity, normal, HALF_SIZE, **keys)
+        keys = {"seed": 1, "index": np.arange(COUNT), "hit": hit}
+        spin = {"omega": omega, "inertia": inertia}
+        velocity, omega, inertia = table.rebound(velocity, normal, HALF_SIZE, **spin, **keys)
         means.append(0.5 * (velocity**2).sum(axis=1).mean())
         velocity = velocity * [1.0, -1.0, 1.0] if turn else velocity
         normal = normal if turn else -normal

@@ -120,7 +120,7 @@ def test_view_sees_a_difference(monkeypatch):
 
     def cells_beyond():
         title = plots.view_picture(table, direct, "x", "x.svg")
-        return int(title.split("standard errors; ")[1].split()[0])
+        return int(title.split("states or more, ")[1].split()[0])
 
     # of 15,360 cells 41 by chance, with a standard deviation of 6.4
     assert cells_beyond() < 90
