@@ -67,5 +67,8 @@ def test_one_sitting(measured, tmp_path):
         command = [sys.executable, "-m", "tablegen", *map(str, words)]
         ended = subprocess.run(command, capture_output=True, text=True, check=False)
         print(words[0], ended.returncode, round(cost() - begun), "s", ended.stdout[-2000:])
-        assert ended.returncode == 0, ended.stdout[-2000:] + ended.stderr[-2000:]
+        # the spin law of well-rounded grains misses the declared accuracy, and the reason is named
+        missed = measured == QUARTZ and words[0] != "calibrate"
+        assert ended.returncode == missed, ended.stdout[-2000:] + ended.stderr[-2000:]
+        assert ("Nearly round grains" in ended.stdout) == missed
     assert cost() - begun < 17 * 60
