@@ -153,7 +153,8 @@ def fit_experts(
     part = vectors[: max(math.ceil(_FIRST_SHARE * len(vectors)), min(len(vectors), 1000))]
     likelihood, damping = -math.inf, _FIRST_DAMPING
     best: tuple[Experts, Sums] | None = None
-    for number in range(_FIRST_ITERATIONS + _LAST_ITERATIONS):
+    iterations = _FIRST_ITERATIONS + _LAST_ITERATIONS
+    for number in range(iterations):
         rows = part if number < _FIRST_ITERATIONS else vectors
         sums = expectation(fitted, rows)
         if best and number != _FIRST_ITERATIONS and sums.likelihood < likelihood * len(rows):
@@ -163,11 +164,12 @@ def fit_experts(
             fitted, sums = replace(best[0]), best[1]
         else:
             likelihood, best = sums.likelihood / len(rows), (replace(fitted), sums)
-        if number % _CURVATURES_EVERY == 0 or number == _FIRST_ITERATIONS:
+        moves_gates = number < iterations - _ITERATIONS_WITH_FIXED_GATES
+        if moves_gates and (number % _CURVATURES_EVERY == 0 or number == _FIRST_ITERATIONS):
             sampled = rows[: math.ceil(_CURVATURE_SHARE * len(rows))]
             fitted.weight = _curvatures(fitted, sampled, len(rows) / len(sampled))
         _regress(fitted, sums.products)
-        if number < _FIRST_ITERATIONS + _LAST_ITERATIONS - _ITERATIONS_WITH_FIXED_GATES:
+        if moves_gates:
             _move_gates(fitted, sums, len(rows), damping)
     return fitted, likelihood
 

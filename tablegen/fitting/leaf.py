@@ -4,9 +4,9 @@
    scores.
 2. A mixture of experts is fitted to these scores (`tablegen.fitting.experts`).
 3. Its coefficients are rounded to the integers of a file (`tablegen.fitting.rounding`).
-4. Scores are drawn from the rounded experts at the conditions of other rebounds, all in the leaf.
-   The quantiles turn these scores into the outcomes of the same rebounds. So draws have the
-   marginals of direct simulation over the leaf, whatever the experts and their rounding miss.
+4. Scores are drawn from the rounded experts at the conditions of the rebounds in the leaf. The
+   quantiles turn these scores into the outcomes of the same rebounds. So draws have the marginals
+   of direct simulation over the leaf, whatever the experts and their rounding miss.
 """
 
 from typing import NamedTuple
@@ -63,15 +63,6 @@ class Rebounds(NamedTuple):
     outcomes: FloatArray
 
 
-class LeafExperts(NamedTuple):
-    """Fitted experts of a leaf."""
-
-    #: (8,): centre of each input, and reciprocal of its standard deviation or 0.
-    centre: NDArray[np.float32]
-    scale: NDArray[np.float32]
-    stored: StoredExperts
-
-
 class LeafArrays(NamedTuple):
     """Arrays of a leaf, as a file stores them; the names are those of the datasets."""
 
@@ -84,19 +75,23 @@ class LeafArrays(NamedTuple):
     quantiles: NDArray[np.float32]
 
 
-def fit_leaf_experts(rebounds: Rebounds, sizes: SpinSizes, rng: np.random.Generator) -> LeafExperts:
-    """Fit the experts of a leaf.
+def fit_leaf(
+    rebounds: Rebounds, inside: NDArray[np.bool_], sizes: SpinSizes, rng: np.random.Generator
+) -> LeafArrays:
+    """Fit a leaf.
 
     Parameters
     ----------
     rebounds : Rebounds
         Rebounds in the leaf and a little beyond it, in random order.
+    inside : (n,) bool
+        Whether each rebound is in the leaf.
     sizes : SpinSizes
     rng : numpy.random.Generator
 
     Returns
     -------
-    LeafExperts
+    LeafArrays
     """
     inputs, outcomes = rebounds
     centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
@@ -112,35 +107,15 @@ def fit_leaf_experts(rebounds: Rebounds, sizes: SpinSizes, rng: np.random.Genera
         vectors[rows, :used] = phi[:, is_used]
     for k in range(count):
         vectors[:, used + k] = normal_scores(outcomes[:, [k]])[:, 0]
-    # the fit takes long, and needs the vectors alone
+    rebounds_inside = Rebounds(inputs[inside], outcomes[inside])
+    # the fit takes long, and does not need these arrays
     del rebounds, inputs, outcomes
     experts, _ = fit_experts(vectors, int(varies.sum()), count, sizes.groups, sizes.experts, rng)
-    return LeafExperts(centre, scale, _stored_experts(experts, is_used))
-
-
-def leaf_arrays(
-    fitted: LeafExperts, rebounds: Rebounds, knots: int, rng: np.random.Generator
-) -> LeafArrays:
-    """Compute the quantiles of a leaf, and return all of its arrays.
-
-    Parameters
-    ----------
-    fitted : LeafExperts
-    rebounds : Rebounds
-        Other rebounds than those of the fit, all in the leaf.
-    knots : int
-        Number of knots of each quantile function.
-    rng : numpy.random.Generator
-        Draws the scores.
-
-    Returns
-    -------
-    LeafArrays
-    """
-    centre, scale, stored = fitted
-    phi = features((rebounds.inputs - centre) * scale, np.float32)
+    del vectors
+    stored = _stored_experts(experts, is_used)
+    phi = features((rebounds_inside.inputs - centre) * scale, np.float32)
     scores = bounded_scores(stored, phi, rng)
-    quantiles = _outcome_quantiles(scores, rebounds.outcomes, knots)
+    quantiles = _outcome_quantiles(scores, rebounds_inside.outcomes, sizes.knots)
     quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
     return LeafArrays(centre, scale, *stored, quantiles)
 

@@ -71,7 +71,7 @@ class SpinSizes(NamedTuple):
     groups: int
     #: Experts of a group; a file has room for 16.
     experts: int
-    #: Rebounds for the fit of a leaf; as many again are simulated for its quantiles.
+    #: Rebounds for the fit of a leaf. Its quantiles are those of the rebounds that lie in it.
     rebounds: int
     #: Knots of each quantile function.
     knots: int

@@ -30,7 +30,7 @@ from tablegen.fitting.law_conditions import (
     ratio_range,
     spinning_impacts,
 )
-from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf_experts, leaf_arrays
+from tablegen.fitting.leaf import LeafArrays, Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes
 from tablegen.fitting.spin_coordinates import (
     INPUT_SIGNS,
@@ -324,19 +324,19 @@ def leaf_task(
     model = DirectModel(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
 
-    def order(rows: NDArray[np.int64]) -> NDArray[np.int64]:
-        # rebounds are in random order, and each condition is simulated about equally often; if
-        # there are more conditions than rebounds, some are left out
-        return rng.permutation(np.resize(rng.permutation(rows), sizes.rebounds))
-
-    def simulate_rebounds(rows: NDArray[np.int64], number: int) -> Rebounds:
-        return _rebounds(model, config, shape_code, leaf, rows, _stream(key, number))
-
-    around, inside = order(np.arange(len(leaf.inside))), order(np.flatnonzero(leaf.inside))
+    # rebounds are in random order, and each condition is simulated about equally often; if there
+    # are more conditions than rebounds, some are left out
+    conditions = rng.permutation(len(leaf.inside))
+    rows = rng.permutation(np.resize(conditions, sizes.rebounds))
     # one BLAS thread: leaves are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):
-        fitted = fit_leaf_experts(simulate_rebounds(around, 0), sizes, rng)
-        return leaf_arrays(fitted, simulate_rebounds(inside, 1), sizes.knots, rng)._asdict()
+        return fit_leaf(
+            # no name here, so that `fit_leaf` can free them
+            _rebounds(model, config, shape_code, leaf, rows, _stream(key)),
+            leaf.inside[rows],
+            sizes,
+            rng,
+        )._asdict()
 
 
 def _rebounds(

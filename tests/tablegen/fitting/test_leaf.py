@@ -6,7 +6,7 @@ from scipy.stats import ks_2samp, norm
 from spin_laws import folded_inputs
 
 from sampler.formats.bounds import N_EXPERTS, N_FEATURES, SCORE_MAX
-from tablegen.fitting.leaf import Rebounds, fit_leaf_experts, leaf_arrays
+from tablegen.fitting.leaf import Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes
 from tablegen.fitting.spin_coordinates import features
 from tablegen.fitting.spin_scores import StoredExperts, bounded_scores
@@ -43,25 +43,24 @@ def draw_outcomes(leaf, inputs, rng):
     return np.column_stack([np.interp(score, knots, row) for score, row in columns])
 
 
-def fit_leaf(around, inside, rng):
-    return leaf_arrays(fit_leaf_experts(around, SIZES, rng), inside, SIZES.knots, rng)
-
-
 @pytest.fixture(scope="module")
 def leaf():
     rng = np.random.default_rng(1)
-    return fit_leaf(rebounds(rng), rebounds(rng), rng)
+    return fit_leaf(rebounds(rng), np.ones(N, dtype=bool), SIZES, rng)
 
 
 @pytest.mark.parametrize("root_angle", [None, 0.4, 0.6, 0.8])
 def test_draws_follow_the_law_over_the_leaf_and_at_each_condition(leaf, root_angle):
-    """KS of 20,000 draws: 0.016 by chance with p = 0.01, and a little for regressions."""
+    """KS of 20,000 draws: 0.016 by chance with p = 0.01.
+
+    The quantiles come from 20,000 rebounds and as many scores, so 0.023 occurs by chance.
+    """
     known = rebounds(np.random.default_rng(2), root_angle)
     drawn = draw_outcomes(leaf, known.inputs, np.random.default_rng(3))
     whole = root_angle is None
     pairs = zip(drawn.T, known.outcomes.T, strict=True)
     distances = [ks_2samp(*pair).statistic for pair in pairs]
-    assert max(distances) < (0.02 if whole else 0.05)
+    assert max(distances) < (0.025 if whole else 0.05)
     # the dependence between outcomes, too
     differences = [ks_2samp(*(x[:, 2] - x[:, 0] for x in (drawn, known.outcomes))).statistic]
     assert max(differences) < 0.05
@@ -86,8 +85,7 @@ def test_is_stored_as_a_file_has_it(leaf):
 
 def test_with_works_and_where_quantiles_of_p_v_would_be_negative():
     rng = np.random.default_rng(4)
-    parts = [rebounds(rng, outcomes=8) for _ in range(2)]
-    below = [part._replace(outcomes=part.outcomes - 1.0) for part in parts]
-    leaf = fit_leaf(*below, rng)
+    inputs, outcomes = rebounds(rng, outcomes=8)
+    leaf = fit_leaf(Rebounds(inputs, outcomes - 1.0), np.ones(N, dtype=bool), SIZES, rng)
     assert leaf.mean.shape == (N_EXPERTS, N_FEATURES, 8)
     assert leaf.quantiles[1, 0] > 0.0

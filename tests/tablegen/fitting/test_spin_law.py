@@ -14,7 +14,7 @@ from sampler.formats.layout import GROUP, SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
 from tablegen.checkpoints import TaskRunner
 from tablegen.config.mesh import MeshFile
-from tablegen.fitting.leaf import fit_leaf_experts
+from tablegen.fitting.leaf import fit_leaf
 from tablegen.fitting.spin_law import speed_coordinate, spin_law
 from tablegen.simulation.impact_chains import energy_factor
 from tablegen.tables.generate import generate
@@ -140,11 +140,11 @@ def test_an_interrupted_law_resumes(tmp_path, monkeypatch):
         calls.append(arguments)
         if len(calls) == 2:
             raise RuntimeError("interrupted")
-        return fit_leaf_experts(*arguments, **settings)
+        return fit_leaf(*arguments, **settings)
 
     with ThreadPoolExecutor(1) as pool:
         generate(SPINNING, whole, conditions=0, executor=pool)
-        monkeypatch.setattr("tablegen.fitting.spin_law.fit_leaf_experts", failing)
+        monkeypatch.setattr("tablegen.fitting.spin_law.fit_leaf", failing)
         with pytest.raises(RuntimeError, match="interrupted"):
             generate(SPINNING, resumed, conditions=0, executor=pool)
         assert not resumed.exists()
