@@ -27,7 +27,7 @@ from sampler.options import DONE, MISSED
 from sampler.table import Table
 from tablegen.accuracy.accuracy_text import validation_notes, verdict_lines
 from tablegen.accuracy.validate import validate
-from tablegen.config.config import load_population
+from tablegen.config.config import load_config, load_population
 from tablegen.config.metric_table import METRICS
 from tablegen.tables.assembly import store_accuracy
 
@@ -87,6 +87,10 @@ class TestVerdict:
         assert result.numbers[0].estimate.value > 0.3
         notes = "\n".join(validation_notes(result))
         assert "Note: the table declares little accuracy: ks 1," in notes
+        nothing = replace(result, comparisons=[], config=load_config("corundum-steel"))
+        notes = "\n".join(validation_notes(nothing))
+        assert "was compared at 0 conditions." in notes
+        assert "Note:" not in notes
 
 
 class TestResult:

@@ -94,3 +94,6 @@ def test_a_mesh_and_a_shape_are_refused_and_so_is_neither(refused, tmp_path):
         line = refused("simulate", *flags(SIMULATE, changes | output))
         assert line.startswith("--shape: is ")
         assert line.endswith("; give either --shape or --particle")
+    changes = {"--shape": None, "--particle": "grain.stl", "--aspect": ("0.8", "0.7")}
+    line = refused("simulate", *flags(SIMULATE, changes | output))
+    assert line.startswith("--aspect: is given with --particle")

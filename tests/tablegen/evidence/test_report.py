@@ -20,6 +20,7 @@ from tablegen.evidence.benchmark import Benchmark, MethodResult, batch_mean
 from tablegen.evidence.page import Headline, Section, render_page, render_text
 from tablegen.evidence.report import ComparedChain, SpinningWay
 from tablegen.evidence.report_page import (
+    _speed_words,
     headline,
     report_page,
     report_picture,
@@ -44,11 +45,11 @@ def test_command_writes_every_number(run, report, tiny, monkeypatch, tmp_path):
     assert "noise floor" in ended.out
     data = json.loads(file.read_text())
     assert data["table_bytes"] == tiny.path.stat().st_size
-    families = {runner["family"] for make_race in data["races"] for runner in make_race["runners"]}
+    families = {runner["family"] for race in data["races"] for runner in race["runners"]}
     assert families == set(plots.LOOKS)
-    for make_race in data["races"]:
-        assert set(METRICS) <= set(make_race["floor"])
-        for runner in make_race["runners"]:
+    for race in data["races"]:
+        assert set(METRICS) <= set(race["floor"])
+        for runner in race["runners"]:
             assert runner["nanoseconds"] > 0.0
             assert runner["bytes"] > 0 or runner["family"] == "direct simulation"
             for name in METRICS:
@@ -63,8 +64,8 @@ def test_page_holds_the_numbers_and_runs_nothing(page, report):
     read = read_page(page)
     assert "script" not in {tag for tag, _ in read.tags}
     assert report.content_sha256 in read.texts
-    for make_race in report.races:
-        for runner in make_race.runners:
+    for race in report.races:
+        for runner in race.runners:
             assert f"{runner.family}: {runner.name}" in read.texts
             assert f"{runner.errors['ks'].mean:.4f}" in read.texts
     for point in report.atlas.points:
@@ -153,6 +154,15 @@ def make_race(alpha_deg, table_auc):
         for names, error in zip(families, errors, strict=True)
     ]
     return Benchmark(alpha_deg, 140.0, floor, tuple(runners))
+
+
+def test_one_speed_is_named_with_the_laws_that_do_not_depend_on_it():
+    one_speed = CONFIG.with_changes({"domain": {"speed": [100.0, 100.0]}})
+    assert _speed_words(one_speed) == "100 m/s"
+    restitution = {"law": "constant", "value": 0.5, "source": "a test"}
+    constant = {"pair": {"restitution": restitution}, "domain": {"extrapolate": True}}
+    words = _speed_words(one_speed.with_changes(constant))
+    assert words == "100 m/s; the laws do not depend on it"
 
 
 def test_picture_is_of_the_condition_where_the_table_is_worst(report):

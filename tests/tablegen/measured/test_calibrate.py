@@ -48,6 +48,12 @@ def test_a_given_form_finds_its_numbers_again_and_says_how_it_was_made(tmp_path,
     assert not calibration.missed
     assert 0.0 < calibration.chosen.errors.max() < 0.1
     json.loads(json_text(calibration.to_dict()))
+    # laws without knots, and a second speed at which only e_n was measured
+    numbers = calibration.chosen.numbers
+    faster = tuple(replace(one, speed=200.0) for one in numbers if one.column == "e_n")
+    at_two_speeds = replace(calibration.chosen, numbers=(*numbers, *faster))
+    picture = fit_picture(replace(calibration, chosen=at_two_speeds), "fit.svg")
+    assert b"simulated, 200 m/s" in picture.data
 
 
 def test_grains_are_tried_and_the_spreads_choose(tmp_path, measured):

@@ -8,6 +8,7 @@ from refusals import refused
 
 from tablegen.config.grains import named_population
 from tablegen.measured.calibrate import _choose_fit, calibrate
+from tablegen.measured.measurements import distinct_speeds
 from tablegen.measured.pair_file import starting_config, with_angles
 from tablegen.measured.reader import parse_measurements
 
@@ -35,6 +36,11 @@ def test_a_restitution_above_one_is_doubted(name):
         f"alpha_deg,{name},{other},source\n20,0.9,0.6,a\n40,1.01,0.6,a\n60,0.8,0.6,a\n"
     )
     assert data.doubt.startswith(f"{name} is above 1 at 40 degrees")
+
+
+def test_speeds_that_nearly_agree_are_one_and_many_are_represented_by_a_few():
+    assert distinct_speeds(np.array([99.0, 100.0, 300.0]), 3) == [99.5, 300.0]
+    assert distinct_speeds(np.geomspace(10.0, 160.0, 9), 3) == [10.0, 40.0, 160.0]
 
 
 def make_fit(miss, rows_missed, distance):
