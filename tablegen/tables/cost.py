@@ -3,7 +3,9 @@
 import math
 from typing import NamedTuple
 
+from tablegen.accuracy.measure import sample_size
 from tablegen.fitting.law_conditions import covered_range
+from tablegen.tables.interpolation_error import SMALLEST_CHEAP_SAMPLES
 from tablegen.tables.plan import Plan
 from tablegen.tables.refine import NodeCache
 
@@ -12,11 +14,11 @@ from tablegen.tables.refine import NodeCache
 #: A node with the mixture that is chosen in the end: the least and the most.
 _NODE_TIME = (1.0, 3.0)
 #: A trial: draws in the middle of an edge or of a cell of the grid, compared with simulation by all
-#: metrics, and by the cheap ones alone.
-_TRIAL_TIME, _CHEAP_TRIAL_TIME = 5.0, 0.5
+#: metrics, and by the cheap ones alone; the second for as many states as a node has particles.
+_TRIAL_TIME, _CHEAP_TRIAL_TIME = 5.0, 1.25
 #: The fit of a leaf without experts, conditions included, and the simulation of chains of hits;
 #: both for as many rebounds as a node has particles.
-_LEAF_TIME, _CHAIN_TIME = 3.6, 1.5
+_LEAF_TIME, _CHAIN_TIME = 3.0, 1.5
 
 #: A leaf takes as long again for each _EXPERTS experts. The simulation of the particles of a node
 #: takes as long as the fit of _COMPONENTS components.
@@ -66,11 +68,13 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, spent: float) -> Cos
         * (1.0 + spin_sizes.groups * spin_sizes.experts / _EXPERTS)
         for spin_sizes in plan.spin.values()
     )
+    states = sample_size(plan.config.accuracy, SMALLEST_CHEAP_SAMPLES)
     ends = []
     for k, nodes in enumerate((plan.first, plan.most)):
         work = math.prod(nodes) * _NODE_TIME[k if len(plan.sizes) > 1 else 0]
         if plan.first != plan.most:
-            trials = _CHEAP_TRIAL_TIME * _trials(*nodes) + _TRIAL_TIME * (nodes[0] - 1)
+            cheap_time = _CHEAP_TRIAL_TIME * states / size.samples
+            trials = cheap_time * _trials(*nodes) + _TRIAL_TIME * (nodes[0] - 1)
             work += _ROUNDS[k] * trials
         work += _PROBES[k] * (1.0 + _TRIAL_TIME) if len(plan.sizes) > 1 else 0.0
         work += _LEAF_TIME * leaf_rebounds / (size.samples * (1.0 + size.components / _COMPONENTS))

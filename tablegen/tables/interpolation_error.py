@@ -26,7 +26,7 @@ _DIRECTIONS = 8
 CHEAP = tuple(name for name, metric in METRICS.items() if metric.trial_states is None)
 
 #: Smallest number of states on each side for cheap metrics.
-_SMALLEST_CHEAP = 25_000
+SMALLEST_CHEAP_SAMPLES = 25_000
 
 
 def interpolation_errors(
@@ -43,7 +43,7 @@ def interpolation_errors(
     """
     alpha_deg, speed = condition
     stream = FIRST_STREAM + stable_number(f"trial {alpha_deg!r} {speed!r}", 31)
-    smallest = _SMALLEST_CHEAP if set(names) <= set(CHEAP) else SMALLEST_SAMPLES
+    smallest = SMALLEST_CHEAP_SAMPLES if set(names) <= set(CHEAP) else SMALLEST_SAMPLES
     samples, seed = sample_size(config.accuracy, smallest), config.table.seed
     simulation = simulate(
         config, np.radians(alpha_deg), speed, samples, seed=seed, stream=stream, threads=1
