@@ -154,6 +154,11 @@ class Table:
         return dict(self._codes.counts)
 
     @property
+    def extrapolated(self) -> int:
+        """Number of draws so far at speeds at which the pair was not measured."""
+        return self._codes.counts["extrapolated"]
+
+    @property
     def nbytes(self) -> int:
         """Memory of the table [bytes]."""
         return int(self._table.image.nbytes)

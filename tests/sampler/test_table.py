@@ -209,7 +209,7 @@ class TestWarning:
         table = sampler.Table(replace(contents, valid_speed=(100.0, 200.0)))
         with pytest.warns(OutsideTableWarning, match="^velocity: got 60 m/s.*does-it-matter.md"):
             table.rebound(**IMPACT | {"velocity": [0.0, -60.0, 0.0]}, seed=1, index=4)
-        assert table.counts["extrapolated"] == 1
+        assert table.counts["extrapolated"] == table.extrapolated == 1
 
     def test_does_not_come_within_the_table_nor_from_refusals(self, table, table_path):
         with warnings.catch_warnings():
