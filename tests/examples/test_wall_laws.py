@@ -78,7 +78,7 @@ def test_tables_are_direct_simulation_and_spheres_are_not(models, config, count,
 
 def test_command_prints_and_draws(tmp_path, capsys):
     wall_laws.main(["--grains", "60", "--sizes", "50", "60", "--output", str(tmp_path)])
-    assert capsys.readouterr().out.count("| Forder | ") == 2
+    assert capsys.readouterr().out.count("| Forder | ") == 1
     assert {path.name for path in tmp_path.iterdir()} == {"wall_laws.png", "wall_laws_hits.png"}
 
 
