@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sampler import errors, library, wall
+from sampler import errors, library
 from sampler.arguments import (
     Call,
     Grain,
@@ -33,6 +33,7 @@ from sampler.formats.shape_geometry import Geometry
 from sampler.law import Reduction, reduced_draws
 from sampler.library import OpenTable, Report
 from sampler.row_codes import RowCodes
+from sampler.wall import unknown_volume
 
 if TYPE_CHECKING:
     from sampler.device.device_table import DeviceTable
@@ -589,8 +590,7 @@ class Table:
             raise InputError("mean_half_size", problem=f"the table {self.pair} has no spin law")
         mean = library.library().rbt_mean_half_size(self.handle, 1.0)
         if mean == 0.0:
-            problem, remedy = wall.MESHES_WITHOUT_VOLUME, wall.MAKE_AGAIN
-            raise InputError("mean_half_size", problem=problem, remedy=remedy)
+            raise unknown_volume("mean_half_size")
         return mean * as_positive("diameter", diameter)
 
     def to_device(self, dtype: Literal["float64", "float32"] = "float64") -> "DeviceTable":

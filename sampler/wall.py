@@ -31,9 +31,11 @@ _FROM_ZERO = ("time", "viscosity", "critical_speed", "ra", "rq", "poisson", "wal
 
 _AT_REST = (0.0, 0.0, 0.0)
 
-#: What is said of a table of format 3.0 with meshes, and what to do.
-MESHES_WITHOUT_VOLUME = "the table is of format 3.0, which does not have the volume of its meshes"
-MAKE_AGAIN = "make it again: tablegen generate"
+
+def unknown_volume(argument: str) -> InputError:
+    """Make the error for sizes of meshes that a table does not have."""
+    problem = "the table is of format 3.0, which does not have the volume of its meshes"
+    return InputError(argument, problem=problem, remedy="make it again: tablegen generate")
 
 
 def _checked(**given: ArrayLike) -> dict[str, Reals]:
@@ -176,15 +178,15 @@ def spin_after(
     return _by_rows("rbt_spin_after_rows", 3, **given, **gas)
 
 
-class Grains(Protocol):
-    """Something that has grains, as a `Table` or a `tablegen.DirectModel`."""
+class HasGrains(Protocol):
+    """A `Table` or a `tablegen.DirectModel`."""
 
     @property
     def shape_geometry(self) -> Mapping[int, Geometry]:
         """Volume, moment of inertia and surface of its shapes and meshes, by shape code."""
 
 
-def half_size(table: Grains, diameter: ArrayLike, grain: ArrayLike) -> Reals:
+def half_size(table: HasGrains, diameter: ArrayLike, grain: ArrayLike) -> Reals:
     """Compute the largest half-size of grains from the diameter of a sphere of equal volume.
 
     Parameters
@@ -214,10 +216,10 @@ def half_size(table: Grains, diameter: ArrayLike, grain: ArrayLike) -> Reals:
     >>> sampler.half_size(spheres, 60e-6, [4, 1.0, 1.0])
     array(3.e-05)
     """
-    return _by_rows("rbt_half_size_rows", **_sized(table, grain, diameter=diameter))
+    return _by_rows("rbt_half_size_rows", **_size_arguments(table, grain, diameter=diameter))
 
 
-def inertia(table: Grains, grain: ArrayLike) -> Reals:
+def inertia(table: HasGrains, grain: ArrayLike) -> Reals:
     """Compute the mean moment of inertia of grains over m a^2.
 
     It takes the place of the inertia about the spin if that is not known.
@@ -246,10 +248,10 @@ def inertia(table: Grains, grain: ArrayLike) -> Reals:
     >>> sampler.inertia(sampler.load("kharaz-2001"), [4, 1.0, 1.0])  # a sphere
     array(0.4)
     """
-    return _by_rows("rbt_inertia_rows", **_sized(table, grain))
+    return _by_rows("rbt_inertia_rows", **_size_arguments(table, grain))
 
 
-def sphericity(table: Grains, grain: ArrayLike) -> Reals:
+def sphericity(table: HasGrains, grain: ArrayLike) -> Reals:
     """Compute the sphericity of grains, for laws of drag.
 
     Parameters
@@ -280,10 +282,10 @@ def sphericity(table: Grains, grain: ArrayLike) -> Reals:
     >>> print(f"{sampler.sphericity(table, [1, 1.0, 1.0]):.3f}")  # a cube
     0.806
     """
-    return _by_rows("rbt_sphericity_rows", **_sized(table, grain))
+    return _by_rows("rbt_sphericity_rows", **_size_arguments(table, grain))
 
 
-def _sized(table: Grains, grain: ArrayLike, **given: ArrayLike) -> dict[str, ArrayLike]:
+def _size_arguments(table: HasGrains, grain: ArrayLike, **given: ArrayLike) -> dict[str, ArrayLike]:
     """Find the geometry of grains, and return the arguments of a function in C, in order.
 
     Refuses shapes that the table does not have, meshes of unknown volume, and ratios that no grain
@@ -303,7 +305,7 @@ def _sized(table: Grains, grain: ArrayLike, **given: ArrayLike) -> dict[str, Arr
     kinds, places = np.unique(codes, return_inverse=True)
     geometry = np.array([table.shape_geometry[int(code)] for code in kinds]).reshape(-1, 4)
     if not geometry[:, 0].all():
-        raise InputError("grain", problem=MESHES_WITHOUT_VOLUME, remedy=MAKE_AGAIN)
+        raise unknown_volume("grain")
     return {"geometry": geometry[places].reshape(*codes.shape, 4), **given, "grain": rows}
 
 

@@ -97,8 +97,10 @@ def verdict_lines(validation: Validation) -> list[str]:
     words = verdict_words(missed, "declared accuracy" if same else "accuracy asked for")
     if not missed:
         return [words]
-    round_spin = config.population.nearly_round and any(n.name.startswith(SPIN) for n in missed)
-    return [words, *[_NEARLY_ROUND] * round_spin, advice(validation.numbers)]
+    lines = [words]
+    if config.population.nearly_round and any(number.name.startswith(SPIN) for number in missed):
+        lines.append(_NEARLY_ROUND)
+    return [*lines, advice(validation.numbers)]
 
 
 def validation_notes(validation: Validation) -> list[str]:

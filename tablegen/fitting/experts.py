@@ -123,8 +123,8 @@ class _Block(NamedTuple):
 
 def fit_experts(
     vectors: Single,
-    inputs: int,
-    outcomes: int,
+    input_count: int,
+    outcome_count: int,
     groups: int,
     experts: int,
     rng: np.random.Generator,
@@ -136,7 +136,7 @@ def fit_experts(
     vectors : (n, f + o) float32
         Features, then normal scores of the outcomes. The features are 1, the standardised inputs,
         and products of them.
-    inputs, outcomes : int
+    input_count, outcome_count : int
         Numbers of inputs and of outcomes. The experts begin as clusters of both together.
     groups, experts : int
         Number of groups, and of experts in each group.
@@ -149,7 +149,7 @@ def fit_experts(
     likelihood : float
         Mean log-likelihood before the last step.
     """
-    fitted = _initial_experts(vectors, inputs, outcomes, (groups, experts), rng)
+    fitted = _initial_experts(vectors, input_count, outcome_count, (groups, experts), rng)
     part = vectors[: max(math.ceil(_FIRST_SHARE * len(vectors)), min(len(vectors), 1000))]
     likelihood, damping = -math.inf, _FIRST_DAMPING
     best: tuple[Experts, Sums] | None = None
@@ -208,19 +208,19 @@ def _order_by_group(centres: Single, groups: int) -> NDArray[np.int64]:
 
 def _initial_experts(
     vectors: Single,
-    inputs: int,
-    outcomes: int,
+    input_count: int,
+    outcome_count: int,
     sizes: tuple[int, int],
     rng: np.random.Generator,
 ) -> Experts:
     """Make one expert for each cluster of inputs and scores."""
     groups, experts = sizes
     count, width = groups * experts, vectors.shape[1]
-    features = width - outcomes
+    features = width - outcome_count
 
     def points(rows: slice) -> Single:
         block = vectors[rows]
-        return np.concatenate([block[:, 1 : 1 + inputs], block[:, features:]], axis=1)
+        return np.concatenate([block[:, 1 : 1 + input_count], block[:, features:]], axis=1)
 
     centres = _clusters(points(slice(_CLUSTER_ROWS)), count, rng)
     centres = centres[_order_by_group(centres, groups)]
@@ -234,8 +234,8 @@ def _initial_experts(
     by_group = mass.reshape(groups, experts).sum(axis=1)
     group_gate[:, 0] = np.log((by_group + 1.0) / (len(vectors) + groups))
     gate[:, 0] = np.log((mass + 1.0) / np.repeat(by_group + experts, experts))
-    mean = np.zeros((count, outcomes, features))
-    factor = np.repeat(np.eye(outcomes)[None], count, axis=0)
+    mean = np.zeros((count, outcome_count, features))
+    factor = np.repeat(np.eye(outcome_count)[None], count, axis=0)
     weight = Weight(*(np.zeros((n, features, features)) for n in (groups, count, count)))
     fitted = Experts(group_gate, gate, mean, factor, weight)
     _regress(fitted, products)

@@ -7,8 +7,10 @@
    tables/FORMAT.md has them; NULL for a shape that the table does not have. */
 RBTI_INLINE RBT_DEVICE const double *rbti_geometry(const rbt_table *table, double shape)
 {
-    const int32_t row = table ? rbti_row_of_shape(&table->spin, shape) : 0;
-    return table && row < table->spin.n_shapes ? table->spin.shape_geometry + 4 * row : NULL;
+    if (!table)
+        return NULL;
+    const int32_t row = rbti_row_of_shape(&table->spin, shape);
+    return row < table->spin.n_shapes ? table->spin.shape_geometry + 4 * row : NULL;
 }
 
 RBTI_INLINE RBT_DEVICE double rbti_half_size(const double geometry[4], double diameter,
