@@ -1,5 +1,6 @@
 """Conventions of both command lines: exit statuses, one line for bad input, types of options."""
 
+import errno
 import math
 import sys
 import traceback
@@ -91,6 +92,10 @@ def _identity(value: Any) -> Any:
     return Path(value).resolve() if isinstance(value, str | Path) else id(value)
 
 
+#: Numbers of errors of a file, such as standard output, to which nothing more can be written.
+_NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+
+
 def run_program(program: Program, argv: Sequence[str] | None, context: Any = None) -> int:
     """Run a command line and return its exit status; a user's mistake is one line.
 
@@ -125,8 +130,12 @@ def run_program(program: Program, argv: Sequence[str] | None, context: Any = Non
         line = "error: there is not enough memory; ask for a smaller count, or fewer samples"
         return ended(program, BAD_INPUT, line)
     except OSError as error:  # of the system; files of outputs are named by an InputError
-        place = "cannot write to standard output" if error.filename is None else error.filename
-        return ended(program, BAD_INPUT, f"error: {place}: {error.strerror or error}")
+        place = error.filename
+        if place is None and error.errno in _NO_SPACE:
+            place = "cannot write to standard output"
+        if place is None:  # such as a connection that broke
+            return ended(program, FAILED, f"error: {error}")
+        return ended(program, BAD_INPUT, f"error: {place}: {error.strerror}")
     except Exception as error:
         traceback.print_exception(error)
         line = f"error: a defect of the program, please report it; {type(error).__name__}: {error}"

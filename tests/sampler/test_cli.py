@@ -50,6 +50,7 @@ both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
             "error: cannot write to standard output: No space left on device",
         ),
         (OSError(errno.EDQUOT, "Quota", "a/file"), BAD_INPUT, "error: a/file: Quota"),
+        (ConnectionError("the scheduler is gone"), FAILED, "error: the scheduler is gone"),
         # a defect keeps its traceback, and is no missed accuracy
         (RuntimeError("odd"), FAILED, "error: "),
         # lines are short and obey no terminal
