@@ -23,7 +23,7 @@ def tilts(tmp_path_factory):
     source = tmp_path_factory.mktemp("facets") / "facets.c"
     declaration = "void tilts(size_t n, double alpha1, double roughness, int across, double *);\n"
     source.write_text(toolchain.IMPLEMENTATION + declaration + PROGRAM)
-    library = toolchain.load_library(source)
+    library = toolchain.load_library(source, toolchain.QUICK)
     ctypes = toolchain.ctypes
     library.tilts.argtypes = [ctypes.c_size_t, ctypes.c_double, ctypes.c_double, ctypes.c_int]
     library.tilts.argtypes += [ctypes.c_void_p]

@@ -14,7 +14,7 @@ def build_main(folder, body, before="", flags=()):
     source = folder / "main.c"
     main = f"int main(int argc, char **argv)\n{{\n(void)argc; (void)argv;\n{body}}}\n"
     source.write_text(f"{before}{IMPLEMENTATION}#include <stdio.h>\n{main}")
-    return toolchain.build("gcc", [source], folder / "main", flags)
+    return toolchain.build("gcc", [source], folder / "main", [*toolchain.QUICK, *flags])
 
 
 def test_two_files_of_one_program(tmp_path):
@@ -24,7 +24,7 @@ def test_two_files_of_one_program(tmp_path):
         "int main(void) { return puts(rbt_strerror(RBT_ERR_NO_MEMORY)) < 0; }\n"
     )
     sources = [tmp_path / "library.c", tmp_path / "user.c"]
-    program = toolchain.build("gcc", sources, tmp_path / "two")
+    program = toolchain.build("gcc", sources, tmp_path / "two", toolchain.QUICK)
     assert toolchain.run(program) == "there is not enough memory for this table\n"
 
 
@@ -50,7 +50,7 @@ def test_an_ignored_code_is_a_warning(tmp_path):
     assert str(error.value).count("warn_unused_result") == 4
 
 
-@pytest.mark.parametrize("flags", ["-DRBT_NO_MMAP", "-O0"])
+@pytest.mark.parametrize("flags", [["-DRBT_NO_MMAP"], []])
 def test_memory_is_taken_and_returned_as_the_program_says(flags, tmp_path):
     before = """#include <stdlib.h>
 static int quota, balance;
@@ -67,8 +67,8 @@ static void give(void *memory) { balance -= memory != NULL; free(memory); }
         printf("%d %d ", code, balance);
     }
 """
-    program = build_main(tmp_path, body, before, [flags])
-    needed = 2 if flags == "-DRBT_NO_MMAP" else 1  # the file and the table, or the table only
+    program = build_main(tmp_path, body, before, flags)
+    needed = 2 if flags else 1  # the file and the table, or the table only
     expected = "".join("-22 0 " if most < needed else "0 0 " for most in range(3))
     assert toolchain.run(program, VECTORS / "full.rbt") == expected
 

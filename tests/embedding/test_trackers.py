@@ -2,7 +2,6 @@
 
 import os
 import re
-import runpy
 import shutil
 import sys
 
@@ -10,12 +9,10 @@ import cupy_on_host
 import numpy as np
 import pytest
 import toolchain
+from command_lines import calls
 from documents import ROOT, SHELL, blocks
 
-import sampler
-
 PACKAGE = toolchain.INCLUDE.parent
-EXAMPLES = ROOT / "docs" / "examples"
 
 #: File as which a reader saves the program of a page, the first block of it.
 PROGRAMS = {
@@ -33,14 +30,6 @@ def blocks_of(page):
     return [(block, block.text in left_out) for block in blocks(text)]
 
 
-@pytest.fixture(scope="module")
-def expected():
-    """What the tracker in Python returns: ends, hits, sums of squared velocity and of spin."""
-    table = sampler.load("corundum-steel")
-    with pytest.warns(sampler.OutsideTableWarning):
-        return runpy.run_path(str(EXAMPLES / "tracker.py"))["follow"](table, 2000)
-
-
 @pytest.fixture
 def folder(tmp_path, shipped_file, monkeypatch):
     """Working folder with the table that programs open, and commands of this Python."""
@@ -52,7 +41,7 @@ def folder(tmp_path, shipped_file, monkeypatch):
         "tablegen": f'"{sys.executable}" -m tablegen',
         "gcc": f'"{toolchain.find("gcc")}"',
     }.items():
-        quick = f"{toolchain.ONE_COPY} -O0" if name == "gcc" else ""
+        quick = " ".join(toolchain.QUICK) if name == "gcc" else ""
         script = tmp_path / "commands" / name
         script.write_text(f'#!/bin/sh\nexec {words} "$@" {quick}\n')
         script.chmod(0o755)
@@ -72,19 +61,22 @@ def numbers_in(printed):
     return [float(line.partition(":")[2]) for line in printed.splitlines()]
 
 
-def check(printed, expected):
-    """Counts are equal, and sums to the last digits of atan2, cos and sin over ten hits."""
+#: What the tracker in Python prints: ends, hits, sums of squared velocity and of spin.
+EXPECTED = numbers_in(blocks_of("PYTHON.md")[-1][0].text)
+
+
+def check(printed):
+    """Compare what a tracker prints with `EXPECTED`.
+
+    Counts are equal, and sums to the last digits of atan2, cos and sin over ten hits.
+    """
     numbers = numbers_in(printed)[:5]
-    np.testing.assert_array_equal(numbers[:3], expected[:3])
-    np.testing.assert_allclose(numbers[3:], expected[3:], rtol=1e-9)
-
-
-def test_numba(folder, expected):
-    check(run_shell(f"python {EXAMPLES / 'tracker_numba.py'}", folder), expected)
+    np.testing.assert_array_equal(numbers[:3], EXPECTED[:3])
+    np.testing.assert_allclose(numbers[3:], EXPECTED[3:], rtol=1e-9)
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "g++", "gfortran", "on host"])
-def test_compiled(compiler, folder, expected):
+def test_compiled(compiler, folder):
     tracker = PACKAGE / "c" / "tracker.c"
     if compiler == "gfortran":
         tracker = PACKAGE / "fortran" / "tracker.f90"
@@ -94,8 +86,8 @@ def test_compiled(compiler, folder, expected):
     else:
         # g++ warns of the records that C begins with {0}
         flags = ["-Wno-missing-field-initializers"] if compiler == "g++" else []
-        program = toolchain.build(compiler, [tracker], folder / "strict", flags)
-    check(toolchain.run(program), expected)
+        program = toolchain.build(compiler, [tracker], folder / "strict", flags + toolchain.QUICK)
+    check(toolchain.run(program))
 
 
 @pytest.mark.parametrize("page", PROGRAMS)
@@ -115,11 +107,14 @@ def test_a_page_shows_what_its_programs_print(page, folder):
     rebound, tracker = outputs
     assert rebound[0].endswith(rebound[1])  # commands print before the program
     np.testing.assert_allclose(*map(numbers_in, tracker), rtol=1e-9)
+    check(tracker[0])
 
 
-def test_choosing_a_table(folder):
+def test_choosing_a_table(folder, call):
     ((block, _),) = blocks_of("EMBEDDING.md")
-    assert "at 12 conditions between nodes" in run_shell(block.text, folder)
+    ended = [call(*words) for words in calls(block.text)]
+    assert [run.status for run in ended] == [0, 0, 0]
+    assert "at 12 conditions between nodes" in ended[0].out
     assert (
         0 < (folder / "plane.rbt").stat().st_size < (folder / "corundum-steel.rbt").stat().st_size
     )

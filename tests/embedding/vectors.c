@@ -7,7 +7,10 @@
 #define REBOUND_SAMPLER_IMPLEMENTATION
 #include "rebound_sampler.h"
 
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #define LIBRARY_ROUNDING 1e-13
 #define ROUGH_ROUNDING 1e-12
