@@ -9,7 +9,7 @@ from typing import Any
 
 from sampler.formats.channels import STATE
 from tablegen.accuracy.descriptive import Profile, profile
-from tablegen.accuracy.metrics import Estimate, Settings, estimate_metrics
+from tablegen.accuracy.metrics import Estimate, Settings, at_resolution, estimate_metrics
 from tablegen.model.float_array import FloatArray
 
 
@@ -88,12 +88,16 @@ def compare(
     own : bool
         Whether the states are of the spin law (`Measured.own`).
     """
+    profiles = profile(table, variables), profile(direct, variables)
+    # The states are freed here if the caller does not hold them.
+    table = at_resolution(table, 0)
+    direct = at_resolution(direct, 1)
     return Comparison(
         alpha_deg=float(alpha_deg),
         speed=float(speed),
         estimates=estimate_metrics(table, direct, Settings(seed)),
-        table=profile(table, variables),
-        direct=profile(direct, variables),
+        table=profiles[0],
+        direct=profiles[1],
         variables=variables,
         states=min(len(table), len(direct)),
         own=own,

@@ -56,21 +56,23 @@ def compare_condition(
     """
     number, place = numbered
     alpha1, speed = np.radians(place.alpha_deg), place.speed
-    direct = simulate(
-        config, alpha1, speed, samples, seed=seed, stream=FIRST_STREAM + number, threads=1
-    )
-    drawn = table.sample(
-        alpha1,
-        speed,
-        spin=np.zeros(3) if place.own else None,
-        seed=seed,
-        index=np.arange(samples),
-        hit=number,
-        threads=1,
-    )
     return compare(
-        drawn,
-        simulated_variables(direct, table.columns),
+        # The two samples have no name here, so that `compare` can free them.
+        table.sample(
+            alpha1,
+            speed,
+            spin=np.zeros(3) if place.own else None,
+            seed=seed,
+            index=np.arange(samples),
+            hit=number,
+            threads=1,
+        ),
+        simulated_variables(
+            simulate(
+                config, alpha1, speed, samples, seed=seed, stream=FIRST_STREAM + number, threads=1
+            ),
+            table.columns,
+        ),
         place.alpha_deg,
         speed,
         seed=seed % 2**32,

@@ -122,17 +122,19 @@ def at_resolution(values: FloatArray, key: int) -> FloatArray:
     ``key`` seeds the noise. If both samples have such noise, laws that differ by much less look
     alike. Noise that is independent of the states increases no distance between laws.
     """
-    return values + RESOLUTION * np.random.default_rng(key).standard_normal(values.shape)
+    blurred = np.random.default_rng(key).standard_normal(values.shape)
+    blurred *= RESOLUTION
+    blurred += values
+    return blurred
 
 
 def estimate_metrics(
     table: FloatArray, direct: FloatArray, settings: Settings
 ) -> dict[str, Estimate]:
-    """Estimate all metrics of two samples (n, d) and (m, d), blurred by `at_resolution`.
+    """Estimate all metrics of two samples (n, d) and (m, d) that `at_resolution` has blurred.
 
     Returns the estimates by the names of `tablegen.config.metric_table.METRICS`.
     """
-    table, direct = at_resolution(table, 0), at_resolution(direct, 1)
     return {name: estimate(table, direct, settings) for name, estimate in ESTIMATES.items()}
 
 
@@ -200,10 +202,11 @@ def correlations(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     diagonal. Both numbers are 0 where a variable is constant.
     Source: Ferguson, A Course in Large Sample Theory (1996), chapter 8.
     """
-    z = standardised(values)
-    squares, count = z * z, len(values)
-    r, even = z.T @ z / count, squares.T @ squares / count
-    odd = (squares * z).T @ z / count
+    z, count = standardised(values), len(values)
+    powers = z * z
+    r, even = z.T @ z / count, powers.T @ powers / count
+    powers *= z
+    odd = powers.T @ z / count
     fourth = np.diag(even)
     ends = fourth[:, None] + 2.0 * even + fourth[None, :]
     return r, np.maximum(even - r * (odd + odd.T) + 0.25 * r * r * ends, 0.0)
@@ -250,8 +253,10 @@ def varies(values: FloatArray) -> NDArray[np.bool_]:
 def standardised(values: FloatArray) -> FloatArray:
     """Scale each variable of values (n, d) to mean 0 and variance 1; a constant one to 0."""
     moving = varies(values)
-    centred = np.where(moving, values - values.mean(axis=0), 0.0)
-    return centred / np.where(moving, centred.std(axis=0), 1.0)
+    scaled = values - values.mean(axis=0)
+    scaled[:, ~moving] = 0.0
+    scaled /= np.where(moving, scaled.std(axis=0), 1.0)
+    return scaled
 
 
 def unit_directions(count: int, dimension: int, seed: int) -> FloatArray:

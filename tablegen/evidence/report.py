@@ -27,7 +27,7 @@ from tablegen.accuracy.chains import (
 )
 from tablegen.accuracy.comparison import Measured
 from tablegen.accuracy.judgement import Judged, judge
-from tablegen.accuracy.metrics import Settings, estimate_metrics
+from tablegen.accuracy.metrics import Settings, at_resolution, estimate_metrics
 from tablegen.config.config import Config, stored_config
 from tablegen.evidence.benchmark import (
     QUICK,
@@ -223,7 +223,8 @@ def make_accuracy_map(
         alpha1, index = np.radians(a), np.arange(count)
         direct = simulate(config, alpha1, v, count, seed=keys[0], threads=1).state
         drawn = table.sample(alpha1, v, seed=keys[1], index=index, threads=1)
-        return Measured(a, v, estimate_metrics(drawn, direct, settings))
+        blurred = at_resolution(drawn, 0), at_resolution(direct, 1)
+        return Measured(a, v, estimate_metrics(*blurred, settings))
 
     with bar(progress, total=len(conditions), desc="accuracy map") as counted:
         points = in_threads(measured, range(len(conditions)), counted.update)

@@ -1,6 +1,7 @@
 """Measuring the accuracy: random numbers, numbers of states, and datasets of a table."""
 
 import sys
+import tracemalloc
 from itertools import product
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from direct_table import DirectTable
 from tiny_tables import ROUGH, TINY
 
+from sampler.formats.channels import STATE
 from sampler.formats.layout import ACCURACY, SPIN_DATASETS
 from sampler.table import Table
 from tablegen.accuracy.comparison import compare
@@ -16,11 +18,13 @@ from tablegen.accuracy.descriptive import profile
 from tablegen.accuracy.measure import (
     FIRST_OWN,
     FIRST_STREAM,
+    compare_condition,
     measure,
     measure_chains,
     sample_size,
     spin_accuracy_datasets,
 )
+from tablegen.accuracy.metrics import ESTIMATES
 from tablegen.checkpoints import TaskRunner
 from tablegen.config.config import load_config
 from tablegen.config.metric_table import CHAINS, METRICS, PRESETS, worst_stored
@@ -81,6 +85,19 @@ def test_compares_draws_with_simulation(tiny):
         direct = simulate(TINY, alpha1, speed, 500, seed=9, stream=FIRST_STREAM + k)
         drawn = table.sample(alpha1, speed, seed=9, hit=k, index=range(500))
         assert comparisons[k] == compare(drawn, direct.state, alpha_deg, speed, seed=9)
+
+
+def test_a_comparison_holds_few_copies_of_the_states(tiny, monkeypatch):
+    """At any time, all arrays together take at most 5.5 times the memory of one sample."""
+    monkeypatch.delitem(ESTIMATES, "auc")  # takes memory for trees, and few of the states
+    count = 20_000
+    condition = tiny.generated.table, TINY, 9, count, (0, PLACES[0])
+    compare_condition(*condition)  # loads the kernels
+    tracemalloc.start()
+    compare_condition(*condition)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 5.5 * count * len(STATE) * 8
 
 
 def test_sample_size_grows_with_the_accuracy():
