@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from documents import ROOT
 
 import sampler
 from sampler.errors import TableError
@@ -35,19 +36,20 @@ print("locked", flush=True)
 sys.stdin.read()
 """
 
-#: Commands that read a table; all others read it by the same function.
-COMMANDS = (
-    ("tablegen", "inspect", "t.h5"),
-    ("tablegen", "inspect", "t.h5", "--config"),
-    ("tablegen", "validate", "t.h5", "--seed", "1"),
-    (
-        "sampler",
-        "draw",
-        "t.h5",
-        *["--alpha", "30", "--speed", "4", "--count", "2", "--seed", "1", "--output", "d.npz"],
-    ),
-    ("sampler", "export", "t.h5", "--output", "t.rbt"),
-)
+#: Runs commands that read a table; all others read it by the same function.
+COMMANDS = """
+from sampler.cli import main as sampler
+from tablegen.commands.main import main as tablegen
+
+for program, words in (
+    (tablegen, "inspect t.h5"),
+    (tablegen, "inspect t.h5 --config"),
+    (tablegen, "validate t.h5 --seed 1"),
+    (sampler, "draw t.h5 --alpha 30 --speed 4 --count 2 --seed 1 --output d.npz"),
+    (sampler, "export t.h5 --output t.rbt"),
+):
+    assert program(words.split()) == 0, words
+"""
 
 
 @pytest.fixture
@@ -56,16 +58,13 @@ def table(tmp_path):
 
 
 def check_commands(folder, **environment):
-    for command in COMMANDS:
-        (folder / "d.npz").unlink(missing_ok=True)
-        (folder / "t.rbt").unlink(missing_ok=True)
-        words = [sys.executable, "-m", *command]
-        ended = subprocess.run(
-            words, cwd=folder, env=os.environ | environment, capture_output=True, text=True
-        )
-        assert "lock" not in ended.stderr, ended.stderr
-        assert "damaged" not in ended.stderr, ended.stderr
-        assert ended.returncode == 0, ended.stderr
+    roots = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+    words = [sys.executable, "-c", COMMANDS]
+    environment = os.environ | {"PYTHONPATH": roots} | environment
+    ended = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True)
+    assert "lock" not in ended.stderr, ended.stderr
+    assert "damaged" not in ended.stderr, ended.stderr
+    assert ended.returncode == 0, ended.stderr
 
 
 def test_tables_are_read_while_another_process_locks_them(table):

@@ -19,6 +19,7 @@ from tablegen.evidence.paper_statistics import (
     sample_statistics_of,
     speed_of_figures,
 )
+from tablegen.presentation import Picture
 
 COUNT = 5_000
 FEW = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
@@ -37,7 +38,7 @@ def samples_by_angle(skew):
     return statistics
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def laws():
     """Samples under both laws; with the doubled one prisms have spins that they should not."""
     return {"as printed": samples_by_shape(0.0), "doubled": samples_by_shape(0.01)}
@@ -116,10 +117,16 @@ def test_command_writes_every_figure_and_the_numbers(run, tiny, tmp_path, monkey
     assert {"ellipsoid, paper", "42.2", "ellipsoid, doubled", "table"} <= set(page.texts)
 
 
+def undrawn(_figure, name, title, alternative):
+    """Stand in for `make_picture`, whose pictures the test above draws."""
+    return Picture(name, title, alternative, b"")
+
+
 def test_another_pair_has_its_own_name_and_speed_and_no_numbers_of_the_paper(
     run, tmp_path, monkeypatch
 ):
     monkeypatch.setattr("tablegen.evidence.paper_statistics.ANGLES", FEW)
+    monkeypatch.setattr("tablegen.evidence.paper_figures.make_picture", undrawn)
     words = ["forder-1998", "--output", tmp_path / "forder", "--count", "1000", "--quiet"]
     assert run("figures", *words).status == DONE
     page = read_page((tmp_path / "forder" / papers.PAGE).read_text())

@@ -1,13 +1,14 @@
 import pytest
 from synthetic_measurements import measured_from, small_pair
 
-from tablegen.measured import fits
+from tablegen.measured import fits, smoothest
 
 
 @pytest.fixture
 def quick(monkeypatch):
-    """Calibrations of a second: few particles."""
+    """Calibrations of a second: few particles, and few refits for the errors."""
     monkeypatch.setattr(fits, "_MOST_REBOUNDS", 600)
+    monkeypatch.setattr(smoothest, "_SAMPLES", 20)
 
 
 @pytest.fixture(scope="session")
