@@ -96,7 +96,7 @@ EXTREMES = [
 def test_extreme_particles_follow_a_reference_of_finer_steps(shape, form):
     population = CONFIG.population.restricted_to(shape).with_aspect(*FORMS[form])
     for condition in EXTREMES:
-        fast, states, collisions = pathwise.follow(population, condition, 100, 7, {"step": 0.005})
+        fast, states, collisions = pathwise.follow(population, condition, 60, 7, {"step": 0.005})
         assert np.all(fast.state[:, 1] > 0.0)
         difference = np.abs(states - fast.state).max(axis=1) / (
             1.0 + np.abs(fast.state).max(axis=1)

@@ -4,6 +4,7 @@ import pytest
 from tiny_tables import GENERATE, MEASURED, TINY, Tiny
 
 from tablegen.accuracy.validate import validate_contents
+from tablegen.tables import angle_path
 from tablegen.tables.generate import generate
 
 _TREES = "tablegen.accuracy.metrics.TREES"
@@ -23,6 +24,18 @@ def quick_measurement(monkeypatch):
 def quick_classifier(monkeypatch):
     """Give the classifier few trees, for tests that do not depend on how well it works."""
     monkeypatch.setattr(_TREES, 20)
+
+
+@pytest.fixture
+def short_paths(monkeypatch):
+    """Follow the path between nodes, which `test_angle_path` tests, by few particles.
+
+    It saves half a second for each grid of the whole range of angles.
+    """
+    monkeypatch.setattr(angle_path, "_PARTICLES", 50)
+    angle_path._divide_cell.cache_clear()
+    yield
+    angle_path._divide_cell.cache_clear()
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from command_line import DONE, MISSED
 from synthetic_measurements import small_pair
 
 from tablegen.commands.calibrate import calibrate as command
-from tablegen.measured import fits
+from tablegen.measured import fits, smoothest
 
 DATA = """\
 # title: made up
@@ -23,6 +23,7 @@ WORDS = ["calibrate", "my.csv", "--output", "fitted.toml", "--quiet"]
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(fits, "_MOST_REBOUNDS", 600)
+    monkeypatch.setattr(smoothest, "_SAMPLES", 20)
     (tmp_path / "my.csv").write_text(DATA)
     (tmp_path / "start.toml").write_text(small_pair().text)
     return tmp_path

@@ -91,6 +91,7 @@ def tabulated(*rows):
     return {"law": "tabulated", **table}
 
 
+@pytest.mark.usefixtures("short_paths")
 class TestSpeed:
     @pytest.mark.parametrize(
         ("law", "depends"),

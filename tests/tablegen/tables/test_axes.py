@@ -7,23 +7,15 @@ import pytest
 from refusals import refused
 
 from tablegen.config.config import load_config
-from tablegen.tables import angle_path
 from tablegen.tables.axes import LOOKUP_SIZES, first_grid, make_axes, middle_condition, middles
 from tablegen.tables.intervals import Grid, Place
+
+pytestmark = pytest.mark.usefixtures("short_paths")
 
 SHIPPED = load_config("corundum-steel")
 
 #: Entries of a look-up whose nodes are not close.
 FEWEST = LOOKUP_SIZES[0]
-
-
-@pytest.fixture(autouse=True)
-def short_paths(monkeypatch):
-    """Follow the path between nodes, which `test_angle_path` tests, by few particles."""
-    monkeypatch.setattr(angle_path, "_PARTICLES", 50)
-    angle_path._divide_cell.cache_clear()
-    yield
-    angle_path._divide_cell.cache_clear()
 
 
 def make_shipped_axes(alpha_deg=(0.5, 90.0), speed=(50.0, 300.0), **table):

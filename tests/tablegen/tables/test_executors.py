@@ -26,7 +26,7 @@ def rough_bytes(tmp_path_factory):
 
 @needs_dask
 def test_dask_makes_the_same_bytes(rough_bytes, tmp_path):
-    with open_executor("dask", workers=2) as pool:
+    with open_executor("dask", workers=1) as pool:  # two: `test_running_scheduler_is_used`
         assert pool.submit(os.getpid).result() != os.getpid()
         generate(ROUGH, tmp_path / "t.h5", executor=pool, conditions=1, samples=MEASURED)
     assert (tmp_path / "t.h5").read_bytes() == rough_bytes
