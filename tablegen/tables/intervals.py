@@ -1,9 +1,11 @@
 """Placement of nodes: intervals are halved until the error between nodes is small enough.
 
 The grid is a product of angles and speeds. The error in the middle of an *edge* between two
-neighbouring nodes shows which axis to refine. When all edges are good, the centres of the cells are
-measured as well; the edges of a grid with one angle or one speed are its cells. The grid never has
-more nodes than planned. If not all bad intervals can be halved, the worst intervals are.
+neighbouring nodes shows which axis to refine. Errors change little from edge to edge along the
+other axis, so edges are measured at the angles and speeds of the first grid. When these are good,
+the centres of all cells are measured, and the edges of bad cells; the edges of a grid with one
+angle or one speed are its cells. The grid never has more nodes than planned. If not all bad
+intervals can be halved, the worst intervals are.
 """
 
 from collections.abc import Callable, Mapping
@@ -33,10 +35,13 @@ class Grid(NamedTuple):
     alpha_deg: tuple[float, ...]
     speed: tuple[float, ...]
 
-    def edges(self) -> list[Place]:
-        """List the edges between neighbouring angles, then those between neighbouring speeds."""
-        alpha = [Place(pair, (v,)) for pair in pairwise(self.alpha_deg) for v in self.speed]
-        return alpha + [Place((a,), pair) for pair in pairwise(self.speed) for a in self.alpha_deg]
+    def edges(self, lines: "Grid") -> list[Place]:
+        """List edges between neighbouring angles, then those between neighbouring speeds.
+
+        Edges between angles lie at the speeds of ``lines``, the others at its angles.
+        """
+        alpha = [Place(pair, (v,)) for pair in pairwise(self.alpha_deg) for v in lines.speed]
+        return alpha + [Place((a,), pair) for pair in pairwise(self.speed) for a in lines.alpha_deg]
 
     def cells(self) -> list[Place]:
         """List the cells between two angles and two speeds."""
@@ -77,13 +82,16 @@ def refine(
     """
     halve = partial(_halve_intervals, middles=(middle_alpha, middle_speed), most=most)
     limit = EDGE_LIMIT if min(map(len, grid)) > 1 else CENTRE_LIMIT
+    first = grid
     while True:
-        errors = dict(measure(grid, grid.edges()))
+        errors = dict(measure(grid, grid.edges(first)))
         refined = halve(grid, {edge: error for edge, error in errors.items() if error > limit})
         if refined == grid:
             centres = measure(grid, grid.cells())
-            refined = halve(grid, _worst_edges(centres, errors))
-            errors |= centres
+            bad = {cell: error for cell, error in centres.items() if error > CENTRE_LIMIT}
+            around = measure(grid, [edge for cell in bad for edge in _edges_around(cell)])
+            refined = halve(grid, _worst_edges(bad, around))
+            errors |= {**around, **centres}
         if refined == grid:
             break
         grid = refined
@@ -91,17 +99,17 @@ def refine(
     return Placement(grid, errors[where] if where else 0.0, where)
 
 
-def _worst_edges(
-    centres: Mapping[Place, float], edges: Mapping[Place, float]
-) -> dict[Place, float]:
+def _edges_around(cell: Place) -> list[Place]:
+    """List the four edges of a cell."""
+    between_angles = [Place(cell.alpha_deg, (v,)) for v in cell.speed]
+    return between_angles + [Place((a,), cell.speed) for a in cell.alpha_deg]
+
+
+def _worst_edges(bad: Mapping[Place, float], edges: Mapping[Place, float]) -> dict[Place, float]:
     """Find the worst edge of each bad cell, with the error of the cell."""
     worst: dict[Place, float] = {}
-    for cell, error in centres.items():
-        if error <= CENTRE_LIMIT:
-            continue
-        around = [Place(cell.alpha_deg, (v,)) for v in cell.speed]
-        around += [Place((a,), cell.speed) for a in cell.alpha_deg]
-        edge = max(around, key=lambda place: edges[place])
+    for cell, error in bad.items():
+        edge = max(_edges_around(cell), key=lambda place: edges[place])
         worst[edge] = max(error, worst.get(edge, 0.0))
     return worst
 

@@ -53,3 +53,34 @@ class TestNodes:
         bad = interpolation_errors(ROUGH, HERE, (35.0, 150.0), [node], CHEAP)
         assert tuple(bad) == CHEAP
         assert worst(bad)[0] > 1.0
+
+
+@pytest.mark.parametrize(
+    ("share", "counts"),
+    [(0.8, [1250]), (0.9, [1250, 5000]), (1.5, [1250, 5000]), (1.7, [1250])],
+)
+def test_all_states_are_compared_only_if_few_leave_it_open(monkeypatch, share, counts):
+    """Few states decide whether an error is small enough, or far too large."""
+    node, compared = fit_node(ROUGH, 60.0, 150.0), []
+
+    def compare(config, table, condition, states, names):
+        compared.append(states)
+        return {name: np.array(share * getattr(config.accuracy, name)) for name in names}
+
+    monkeypatch.setattr(MODULE, "_compare", compare)
+    errors = interpolation_errors(ROUGH, HERE, (35.0, 150.0), [node], CHEAP)
+    assert compared == counts
+    assert errors["ks"] == share * ROUGH.accuracy.ks
+
+
+def test_classifier_gets_the_states_that_it_learns_from(monkeypatch):
+    node, compared = fit_node(ROUGH, 60.0, 150.0), []
+
+    def compare(config, table, condition, states, names):
+        compared.append(states)
+        return {}
+
+    monkeypatch.setattr(MODULE, "_compare", compare)
+    monkeypatch.setattr(MODULE, "sample_size", lambda targets, smallest=0: 10**6)
+    interpolation_errors(ROUGH, HERE, (35.0, 150.0), [node], ("auc",))
+    assert compared == [METRICS["auc"].trial_states]

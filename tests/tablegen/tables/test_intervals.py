@@ -61,7 +61,7 @@ def test_errors_of_the_result_are_below_the_limits():
     placement = refine(START, errors_by(law), middle, middle, MANY)
     assert placement.reached
     grid = placement.grid
-    edges = grid.edges()
+    edges = grid.edges(grid)
     assert max(map(law, edges)) <= EDGE_LIMIT
     assert max(map(law, grid.cells())) <= CENTRE_LIMIT
     assert placement.worst == max(map(law, edges + grid.cells()))
@@ -79,6 +79,23 @@ def test_bad_centre_refines_the_axis_with_the_worse_edges():
     placement = refine(START, errors_by(law), middle, middle, MANY)
     assert placement.grid == Grid((0.0, 2.0, 4.0, 6.0, 8.0), START.speed)
     assert placement.reached
+
+
+def test_edges_are_measured_on_the_lines_of_the_first_grid_and_around_bad_cells():
+    asked = set()
+
+    def measure(_, places):
+        asked.update(places)
+        return {place: law(place) for place in places}
+
+    def law(place):
+        cell = len(place.alpha_deg) == len(place.speed) == 2
+        return 0.1 * width(place.alpha_deg) + 0.11 * width(place.speed) + 0.3 * cell
+
+    placement = refine(START, measure, middle, middle, MANY)
+    assert placement.grid == Grid(START.alpha_deg, (0.0, 2.0, 4.0, 6.0, 8.0))
+    # 4 was an edge of bad cells, and 2 and 6 are edges of good ones
+    assert {place.speed[0] for place in asked if len(place.speed) == 1} == {0.0, 4.0, 8.0}
 
 
 def test_refinement_that_does_not_help_ends_and_says_so():
