@@ -1,17 +1,19 @@
-"""Kernels of the fit of experts: the expectation step of `tablegen.fitting.experts`.
+"""Kernels of the expectation steps of `tablegen.fitting.experts` and `tablegen.fitting.mixture`.
 
-The share of expert s of group g in a rebound is the probability that this expert made it,
+Experts are in groups, so the same step is taken twice: with the experts of a group, and with the
+groups. The share of choice k in a rebound is the probability that this choice made it,
 
-    share_gs = G_g E_gs N_gs / sum over all experts of G E N,
+    share_k = P_k N_k / sum over all choices of P N,
 
-where the gates G and E are probabilities of a group, and of an expert given its group, and N is the
-normal density of the expert at the outcomes of the rebound. With the sum over a group of its
-shares, share_g, the gradients of the log-likelihood with respect to the logits of the gates are
-share_g - G_g and share_gs - share_g E_gs (Jordan and Jacobs, Neural Computation 6 (1994) 181-214).
+where P is the probability of the gate, and N the density of the choice at the outcomes of the
+rebound. The density of a group is the sum of P N over its experts, and the share of an expert in a
+rebound is its share in the group times that of the group. The gradient of the log-likelihood with
+respect to the logit of a choice is its share minus P; for an expert it is this number times the
+share of the group (Jordan and Jacobs, Neural Computation 6 (1994) 181-214).
 
 All numbers are without units. Arrays over n rebounds have single precision, and sums over rebounds
 have double. The rebounds are the last axis, (k, n): loops over them then have neither a sum nor a
-maximum, and run in vector registers. The k experts of g groups are numbered group by group.
+maximum, and run in vector registers.
 """
 
 import numpy as np
@@ -34,8 +36,6 @@ _LEAST_POWER = _F(-60.0)
 _LEAST_GATE = _F(-30.0)
 #: Smaller shares become 0.
 _LEAST_SHARE = _F(2.0**-60)
-#: Least sum of densities times gates, by which shares are divided.
-_LEAST_SUM = _F(1e-30)
 _LOG2_E = _F(1.4426950408889634)
 #: Taylor coefficients of 2**x = exp(x ln 2) on [-1/2, 1/2]; the relative error is below 3e-7.
 _C1, _C2, _C3 = _F(0.6931471805599453), _F(0.2402265069591007), _F(0.05550410866482158)
@@ -55,28 +55,31 @@ def exponential(x: np.float32, least: np.float32) -> np.float32:
 
 
 @kernel
-def softmax(logits: NDArray[np.float32]) -> None:
-    """Turn the logits of g gates with k choices each, (g, k, n), into probabilities, in place."""
-    count = logits.shape[2]
-    top, total = np.empty(count, np.float32), np.empty(count, np.float32)
-    for g in range(logits.shape[0]):
-        top[:] = logits[g, 0]
-        for k in range(1, logits.shape[1]):
-            row = logits[g, k]
-            for i in range(count):
-                top[i] = max(top[i], row[i])
-        total[:] = _ZERO
-        for k in range(logits.shape[1]):
-            row = logits[g, k]
-            for i in range(count):
-                row[i] = exponential(row[i] - top[i], _LEAST_GATE)
-                total[i] += row[i]
+def softmax(logits: Single) -> Single:
+    """Turn the logits of k choices, (k, n), into probabilities, in place.
+
+    Returns the logarithms, (n,), of the sums of the exponentials of the logits.
+    """
+    count = logits.shape[1]
+    top, total = np.empty(count, np.float32), np.zeros(count, np.float32)
+    top[:] = logits[0]
+    for k in range(1, logits.shape[0]):
+        row = logits[k]
         for i in range(count):
-            total[i] = _ONE / total[i]
-        for k in range(logits.shape[1]):
-            row = logits[g, k]
-            for i in range(count):
-                row[i] *= total[i]
+            top[i] = max(top[i], row[i])
+    for k in range(logits.shape[0]):
+        row = logits[k]
+        for i in range(count):
+            row[i] = exponential(row[i] - top[i], _LEAST_GATE)
+            total[i] += row[i]
+    for i in range(count):
+        top[i] += np.log(total[i])
+        total[i] = _ONE / total[i]
+    for k in range(logits.shape[0]):
+        row = logits[k]
+        for i in range(count):
+            row[i] *= total[i]
+    return top
 
 
 @kernel
@@ -102,93 +105,65 @@ def write_log_densities(white: Single, constant: Single, log_density: Single) ->
 
 
 @kernel
-def find_shares(
-    log_density: Single, group: Single, expert: Single, by_group: Single, by_expert: Single
-) -> float:
-    """Find the shares of the experts in each rebound, and the gradients of the gates.
+def find_shares(log_density: Single, probability: Single) -> Single:
+    """Find the shares of k choices in each rebound.
 
     Parameters
     ----------
     log_density : (k, n) float32
         Overwritten with the shares. No share is subnormal.
-    group, expert : (g, n) and (k, n) float32
-        Probabilities of the groups, and of the experts given their group.
-    by_group, by_expert : (g, n) and (k, n) float32
-        Output: gradients of the log-likelihood with respect to the logits of both gates.
+    probability : (k, n) float32
+        Probabilities of the choices.
 
     Returns
     -------
-    float
-        Log-likelihood of all rebounds.
+    (n,) float32
+        Logarithm of the density of all choices together.
     """
-    groups, (count, size) = group.shape[0], log_density.shape
-    group_size, likelihood = count // groups, 0.0
-    top, total = np.empty(size, np.float32), np.zeros(size, np.float32)
+    count = log_density.shape[1]
+    top, total = np.empty(count, np.float32), np.zeros(count, np.float32)
     top[:] = log_density[0]
-    for k in range(1, count):
+    for k in range(1, log_density.shape[0]):
         share = log_density[k]
-        for i in range(size):
+        for i in range(count):
             top[i] = max(top[i], share[i])
-    for g in range(groups):
-        group_part, group_prior = by_group[g], group[g]
-        group_part[:] = _ZERO
-        for k in range(g * group_size, (g + 1) * group_size):
-            share, prior = log_density[k], expert[k]
-            for i in range(size):
-                value = exponential(share[i] - top[i], _LEAST_POWER) * prior[i]
-                share[i] = value if value > _LEAST_SHARE else _ZERO
-                group_part[i] += share[i]
-        for i in range(size):
-            group_part[i] *= group_prior[i]
-            total[i] += group_part[i]
-    for i in range(size):
-        total[i] = max(total[i], _LEAST_SUM)
-        likelihood += top[i] + np.log(total[i])
+    for k in range(log_density.shape[0]):
+        share, prior = log_density[k], probability[k]
+        for i in range(count):
+            share[i] = exponential(share[i] - top[i], _LEAST_POWER) * prior[i]
+            total[i] += share[i]
+    for i in range(count):
+        top[i] += np.log(total[i])
         total[i] = _ONE / total[i]
-    for g in range(groups):
-        group_part, group_prior = by_group[g], group[g]
-        for i in range(size):
-            value = group_part[i] * total[i]
-            group_part[i] = value if value > _LEAST_SHARE else _ZERO
-            top[i] = group_prior[i] * total[i]
-        for k in range(g * group_size, (g + 1) * group_size):
-            share, prior, out = log_density[k], expert[k], by_expert[k]
-            for i in range(size):
-                value = share[i] * top[i]
-                share[i] = value if value > _LEAST_SHARE else _ZERO
-                out[i] = value - group_part[i] * prior[i]
-        for i in range(size):
-            group_part[i] -= group_prior[i]
-    return likelihood
+    for k in range(log_density.shape[0]):
+        share = log_density[k]
+        for i in range(count):
+            value = share[i] * total[i]
+            share[i] = value if value > _LEAST_SHARE else _ZERO
+    return top
 
 
 @kernel
-def find_curvatures(
-    share: Single, group: Single, expert: Single, by_group: Single, by_expert: Single
-) -> None:
-    """Find the curvatures of the gates in each rebound.
-
-    They are G (1 - G) for a group and share_g E (1 - E) for an expert: minus the second derivatives
-    of the expected log-likelihood with respect to the logit itself.
+def weigh_shares(share: Single, probability: Single, group: Single, gradient: Single) -> None:
+    """Multiply the shares of k experts in their group by the share of the group.
 
     Parameters
     ----------
-    share, group, expert : (k, n), (g, n) and (k, n) float32
-        Arrays of `find_shares` after its call.
-    by_group, by_expert : (g, n) and (k, n) float32
-        The gradients of `find_shares`; overwritten with the curvatures.
+    share : (k, n) float32
+        Overwritten with the products. No product is subnormal.
+    probability : (k, n) float32
+        Probabilities of the experts, given their group.
+    group : (n,) float32
+        Shares of the group.
+    gradient : (k, n) float32
+        Output: gradients of the log-likelihood with respect to the logits of the experts.
     """
-    groups, (count, size) = group.shape[0], share.shape
-    group_size = count // groups
-    for g in range(groups):
-        for i in range(size):
-            by_group[g, i] += group[g, i]
-        group_part = by_group[g]
-        for k in range(g * group_size, (g + 1) * group_size):
-            for i in range(size):
-                by_expert[k, i] = group_part[i] * expert[k, i] * (_ONE - expert[k, i])
-        for i in range(size):
-            group_part[i] = group[g, i] * (_ONE - group[g, i])
+    for k in range(share.shape[0]):
+        row, prior, out = share[k], probability[k], gradient[k]
+        for i in range(group.size):
+            value = row[i] * group[i]
+            row[i] = value if value > _LEAST_SHARE else _ZERO
+            out[i] = row[i] - group[i] * prior[i]
 
 
 @kernel

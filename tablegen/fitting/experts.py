@@ -11,12 +11,14 @@ evaluates the logits of the groups and of the experts of one group, not those of
 
 In each iteration the regressions and covariances follow from sums of products over rebounds,
 weighted by the share of the expert in each rebound (`tablegen.fitting.expectation`). The gates take
-a damped Newton step. The second derivatives are those of each gate alone, and are computed again
-every few iterations. EXPERIMENTS.md ("Time of a fit") has the measurements behind the constants.
+a damped Newton step. The second derivatives are those of each gate alone.
+
+Two or three groups of eight have a share in a rebound. So every few iterations all groups are
+computed in each rebound, with the second derivatives, and in the iterations between only the groups
+that had a share. EXPERIMENTS.md ("Time of a fit") has the measurements behind the constants.
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -26,15 +28,21 @@ from numpy.typing import NDArray
 from tablegen.fitting.expectation import (
     Single,
     add_products,
-    find_curvatures,
     find_shares,
     softmax,
+    weigh_shares,
     write_log_densities,
 )
 from tablegen.model.float_array import FloatArray
 
-#: Rows of a block: its shares fit into the cache.
-_BLOCK = 512
+#: Rows of a block: the shares of a group fit into the cache.
+_BLOCK = 1024
+
+#: A group with a smaller share in a rebound is left out there until all groups are computed again.
+_LEAST_GROUP_SHARE = np.float32(1e-3)
+
+#: Log-density of a group that is left out.
+_LEFT_OUT = np.float32(-1e30)
 
 #: Smaller shares of an expert in a rebound are left out of sums, and so are smaller curvatures.
 _LEAST_SHARE, _LEAST_CURVATURE = np.float32(1e-3), np.float32(1e-4)
@@ -42,9 +50,10 @@ _LEAST_SHARE, _LEAST_CURVATURE = np.float32(1e-3), np.float32(1e-4)
 #: Share of the rebounds in first iterations, and share of these again in second derivatives.
 _FIRST_SHARE, _CURVATURE_SHARE = 0.25, 0.25
 
-#: Iterations on a share of the rebounds, and iterations on all of them. Second derivatives are
-#: computed again after each _CURVATURES_EVERY iterations.
-_FIRST_ITERATIONS, _LAST_ITERATIONS, _CURVATURES_EVERY = 10, 3, 3
+#: Iterations on a share of the rebounds, and iterations on all of them. All groups and second
+#: derivatives are computed in each _ALL_GROUPS_EVERY-th of the first iterations, and where the last
+#: ones begin.
+_FIRST_ITERATIONS, _LAST_ITERATIONS, _ALL_GROUPS_EVERY = 10, 3, 3
 
 #: Last iterations in which the gates do not move: no later iteration would notice if a step lost
 #: likelihood.
@@ -99,26 +108,20 @@ class Experts:
 class Sums:
     """Sums over rebounds."""
 
+    #: (g, n): groups that have a share in each rebound.
+    near: NDArray[np.bool_]
     #: (k, f + o, f + o): products of features and scores, weighted by the shares of each expert.
     products: FloatArray
     #: (g, f) and (k, f): gradients of the log-likelihood with respect to both gates.
     by_group: FloatArray
     by_expert: FloatArray
+    #: (g, f, f) and (k, f, f): minus the second derivatives with respect to each gate alone, in the
+    #: upper triangles, over the first ``curved`` rebounds.
+    group_curvature: FloatArray
+    expert_curvature: FloatArray
+    curved: int = 0
     #: Log-likelihood.
     likelihood: float = 0.0
-
-
-class _Block(NamedTuple):
-    """Rebounds of a block, with the arrays of `find_shares`, (g, n) or (k, n)."""
-
-    vectors: Single
-    features: Single
-    share: Single
-    group: Single
-    expert: Single
-    by_group: Single
-    by_expert: Single
-    likelihood: float
 
 
 def fit_experts(
@@ -153,10 +156,17 @@ def fit_experts(
     part = vectors[: max(math.ceil(_FIRST_SHARE * len(vectors)), min(len(vectors), 1000))]
     likelihood, damping = -math.inf, _FIRST_DAMPING
     best: tuple[Experts, Sums] | None = None
-    iterations = _FIRST_ITERATIONS + _LAST_ITERATIONS
-    for number in range(iterations):
+    near = np.empty((groups, 0), dtype=bool)
+    for number in range(_FIRST_ITERATIONS + _LAST_ITERATIONS):
         rows = part if number < _FIRST_ITERATIONS else vectors
-        sums = expectation(fitted, rows)
+        if number < _FIRST_ITERATIONS and number % _ALL_GROUPS_EVERY == 0:
+            near = near[:, :0]
+        # all groups are computed in rebounds that are new
+        new = len(rows) - near.shape[1]
+        near = np.pad(near, ((0, 0), (0, new)), constant_values=True)
+        curved = math.ceil(_CURVATURE_SHARE * len(rows)) if new else 0
+        sums = expectation(fitted, rows, near, curved)
+        near = sums.near
         if best and number != _FIRST_ITERATIONS and sums.likelihood < likelihood * len(rows):
             # The last step of the gates was too long: go back to the state before it, and take a
             # step that is half as long.
@@ -164,12 +174,12 @@ def fit_experts(
             fitted, sums = replace(best[0]), best[1]
         else:
             likelihood, best = sums.likelihood / len(rows), (replace(fitted), sums)
-        moves_gates = number < iterations - _ITERATIONS_WITH_FIXED_GATES
-        if moves_gates and (number % _CURVATURES_EVERY == 0 or number == _FIRST_ITERATIONS):
-            sampled = rows[: math.ceil(_CURVATURE_SHARE * len(rows))]
-            fitted.weight = _curvatures(fitted, sampled, len(rows) / len(sampled))
+        if sums.curved:
+            scale = len(rows) / sums.curved
+            group, gate = sums.group_curvature * scale, sums.expert_curvature * scale
+            fitted.weight = Weight(_symmetric(group), _symmetric(gate), fitted.weight.mean)
         _regress(fitted, sums.products)
-        if moves_gates:
+        if number < _FIRST_ITERATIONS + _LAST_ITERATIONS - _ITERATIONS_WITH_FIXED_GATES:
             _move_gates(fitted, sums, len(rows), damping)
     return fitted, likelihood
 
@@ -246,60 +256,128 @@ def _slices(rows: Single, size: int = _BLOCK) -> list[slice]:
     return [slice(start, start + size) for start in range(0, len(rows), size)]
 
 
-def _blocks(fitted: Experts, vectors: Single) -> Iterator[_Block]:
-    """Find the shares of the experts in rebounds, block by block."""
-    # the matrix maps vectors of features and scores to factor^-1 (x - mean) of all experts
+class _Coefficients(NamedTuple):
+    """Coefficients in single precision that are multiplied with rebounds, group by group."""
+
+    #: (g, f): gate of the groups.
+    group_gate: Single
+    #: (g, k / g, f): gates of the experts.
+    gate: Single
+    #: (g, o k / g, f + o): matrices that map features and scores to factor^-1 (x - mean).
+    white: Single
+    #: (g, k / g): logarithms of the densities of experts at their means.
+    constant: Single
+
+
+def _single_coefficients(fitted: Experts) -> _Coefficients:
+    groups, features = fitted.group_gate.shape
+    outcomes, width = fitted.outcomes, features + fitted.outcomes
     inverse = np.linalg.inv(fitted.factor)
     linear = np.concatenate([-inverse @ fitted.mean, inverse], axis=2)
-    matrix = linear.transpose(1, 0, 2).reshape(-1, linear.shape[2])
-    white = np.ascontiguousarray(matrix, dtype=np.float32)
+    white = linear.reshape(groups, -1, outcomes, width).swapaxes(1, 2).reshape(groups, -1, width)
     diagonal = np.einsum("kii->ki", fitted.factor)
-    constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * fitted.outcomes * math.log(2.0 * math.pi)
-    constant = constant.astype(np.float32)
-    gates = fitted.group_gate.astype(np.float32), fitted.gate.astype(np.float32)
-    groups = len(fitted.group_gate)
-    for rows in _slices(vectors):
-        block = vectors[rows]
-        phi = np.ascontiguousarray(block[:, : -fitted.outcomes])
-        group, expert = gates[0] @ phi.T, gates[1] @ phi.T
-        softmax(group[None])
-        softmax(expert.reshape(groups, -1, len(phi)))
-        share, by_group, by_expert = (np.empty_like(x) for x in (expert, group, expert))
-        write_log_densities(white @ block.T, constant, share)
-        likelihood = find_shares(share, group, expert, by_group, by_expert)
-        yield _Block(block, phi, share, group, expert, by_group, by_expert, likelihood)
+    constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * outcomes * math.log(2.0 * math.pi)
+    return _Coefficients(
+        fitted.group_gate.astype(np.float32),
+        fitted.gate.reshape(groups, -1, features).astype(np.float32),
+        white.astype(np.float32),
+        constant.reshape(groups, -1).astype(np.float32),
+    )
 
 
-def expectation(fitted: Experts, vectors: Single) -> Sums:
-    """Take the expectation step over vectors of features and scores, (n, f + o)."""
-    width = vectors.shape[1]
+class _Group(NamedTuple):
+    """Experts of a group, in the m rebounds of a block in which the group is computed."""
+
+    #: (m,): numbers of these rebounds in the block.
+    rows: NDArray[np.int64]
+    #: (m, f + o)
+    vectors: Single
+    #: (k / g, m): probabilities of the experts, and their shares in the group.
+    expert: Single
+    share: Single
+    #: (m,): logarithms of the densities of the group.
+    log_density: Single
+
+
+def _evaluate_group(
+    coefficients: _Coefficients, number: int, block: Single, near: NDArray[np.bool_]
+) -> _Group:
+    """Compute a group in those rebounds of a block in which it is near, (n,)."""
+    gate, constant = coefficients.gate[number], coefficients.constant[number]
+    rows = np.flatnonzero(near)
+    vectors = block[rows]
+    expert = gate @ vectors[:, : gate.shape[1]].T
+    softmax(expert)
+    share = np.empty_like(expert)
+    write_log_densities(coefficients.white[number] @ vectors.T, constant, share)
+    return _Group(rows, vectors, expert, share, find_shares(share, expert))
+
+
+def expectation(fitted: Experts, vectors: Single, near: NDArray[np.bool_], curved: int = 0) -> Sums:
+    """Take the expectation step.
+
+    Parameters
+    ----------
+    fitted : Experts
+    vectors : (n, f + o) float32
+        Features and scores of rebounds.
+    near : (g, n) bool
+        Groups that are computed in each rebound, at least one.
+    curved : int, optional
+        Sum second derivatives over this number of rebounds, or a few more.
+
+    Returns
+    -------
+    Sums
+    """
+    (groups, features), count, width = fitted.group_gate.shape, len(fitted.gate), vectors.shape[1]
     sums = Sums(
-        np.zeros((len(fitted.gate), width, width)),
+        near.copy(),
+        np.zeros((count, width, width)),
         np.zeros_like(fitted.group_gate),
         np.zeros_like(fitted.gate),
+        np.zeros((groups, features, features)),
+        np.zeros((count, features, features)),
     )
-    for block in _blocks(fitted, vectors):
-        add_products(block.share, block.vectors, _LEAST_SHARE, sums.products)
-        sums.by_group += block.by_group @ block.features
-        sums.by_expert += block.by_expert @ block.features
-        sums.likelihood += block.likelihood
+    coefficients = _single_coefficients(fitted)
+    for rows in _slices(vectors):
+        _add_block(coefficients, vectors[rows], sums.near[:, rows], rows.start < curved, sums)
     return sums
 
 
-def _curvatures(fitted: Experts, vectors: Single, scale: float) -> Weight:
-    """Sum the curvatures of both gates over rebounds, and multiply them by ``scale``.
-
-    The weight of the means stays.
-    """
-    features = fitted.gate.shape[1]
-    group_sums = np.zeros((len(fitted.group_gate), features, features))
-    expert_sums = np.zeros((len(fitted.gate), features, features))
-    for block in _blocks(fitted, vectors):
-        find_curvatures(block.share, block.group, block.expert, block.by_group, block.by_expert)
-        add_products(block.by_group, block.features, _LEAST_CURVATURE, group_sums)
-        add_products(block.by_expert, block.features, _LEAST_CURVATURE, expert_sums)
-    group, gate = (_symmetric(part * scale) for part in (group_sums, expert_sums))
-    return Weight(group, gate, fitted.weight.mean)
+def _add_block(
+    coefficients: _Coefficients,
+    block: Single,
+    near: NDArray[np.bool_],
+    is_curved: bool,
+    sums: Sums,
+) -> None:
+    """Add the rebounds of a block to sums, and forget the groups that have no share in them."""
+    groups, each, features = coefficients.gate.shape
+    parts = [_evaluate_group(coefficients, g, block, near[g]) for g in range(groups)]
+    phi = np.ascontiguousarray(block[:, :features])
+    probability = coefficients.group_gate @ phi.T
+    softmax(probability)
+    share = np.full_like(probability, _LEFT_OUT)
+    for g, part in enumerate(parts):
+        share[g, part.rows] = part.log_density
+    sums.likelihood += float(find_shares(share, probability).sum(dtype=np.float64))
+    near &= share > _LEAST_GROUP_SHARE
+    sums.by_group += (share - probability) @ phi
+    if is_curved:
+        sums.curved += len(block)
+        add_products(probability - probability**2, phi, _LEAST_CURVATURE, sums.group_curvature)
+    for g, part in enumerate(parts):
+        experts, group_share = slice(g * each, (g + 1) * each), share[g, part.rows]
+        gradient = np.empty_like(part.share)
+        weigh_shares(part.share, part.expert, group_share, gradient)
+        add_products(part.share, part.vectors, _LEAST_SHARE, sums.products[experts])
+        sums.by_expert[experts] += gradient @ part.vectors[:, :features]
+        if is_curved:
+            curvature = group_share * (part.expert - part.expert**2)
+            add_products(
+                curvature, phi[part.rows], _LEAST_CURVATURE, sums.expert_curvature[experts]
+            )
 
 
 def _symmetric(upper: FloatArray) -> FloatArray:

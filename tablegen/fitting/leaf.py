@@ -94,6 +94,7 @@ def fit_leaf(
     LeafArrays
     """
     inputs, outcomes = rebounds
+    del rebounds  # each array goes as soon as the rebounds in the leaf are selected from it
     centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
     varies = spread > _CONSTANT_DEVIATION
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
@@ -105,17 +106,16 @@ def fit_leaf(
         rows = slice(start, start + _BLOCK)
         phi = features((inputs[rows] - centre) * scale, np.float32)
         vectors[rows, :used] = phi[:, is_used]
+    inputs = inputs[inside]
     for k in range(count):
         vectors[:, used + k] = normal_scores(outcomes[:, [k]])[:, 0]
-    rebounds_inside = Rebounds(inputs[inside], outcomes[inside])
-    # the fit takes long, and does not need these arrays
-    del rebounds, inputs, outcomes
+    outcomes = outcomes[inside]
     experts, _ = fit_experts(vectors, int(varies.sum()), count, sizes.groups, sizes.experts, rng)
     del vectors
     stored = _stored_experts(experts, is_used)
-    phi = features((rebounds_inside.inputs - centre) * scale, np.float32)
+    phi = features((inputs - centre) * scale, np.float32)
     scores = bounded_scores(stored, phi, rng)
-    quantiles = _outcome_quantiles(scores, rebounds_inside.outcomes, sizes.knots)
+    quantiles = _outcome_quantiles(scores, outcomes, sizes.knots)
     quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
     return LeafArrays(centre, scale, *stored, quantiles)
 

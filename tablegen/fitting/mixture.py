@@ -22,19 +22,12 @@ few passes over a large sample then do what dozens of whole iterations do.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tablegen.fitting.expectation import Single, softmax
 from tablegen.model.float_array import FloatArray
 
-#: Monomials of a sample: in single precision in a fit, in double where each digit counts.
-Features = NDArray[np.float64] | NDArray[np.float32]
-
 #: Rows of one block: its responsibilities fit into the cache.
-_BLOCK = 1024
-
-#: Least log-density of a component at a point, relative to the largest one. A share of e^-40 is
-#: lost in rounding, and the smallest numbers (subnormal ones) are ten times slower to compute with.
-_DEPTH = -40.0
+_BLOCK = 256
 
 #: Stepwise EM: points of a block for each component, and least points of a block.
 _POINTS_PER_COMPONENT = 40
@@ -69,10 +62,11 @@ class Mixture:
     signs: FloatArray
 
 
-def monomials(z: FloatArray) -> FloatArray:
+def monomials(z: FloatArray) -> Single:
     """Compute the features 1, z_i and z_i z_j (i <= j) of each row."""
+    z = z.astype(np.float32)
     upper = np.triu_indices(z.shape[1])
-    return np.hstack([np.ones((len(z), 1)), z, z[:, upper[0]] * z[:, upper[1]]])
+    return np.hstack([np.ones_like(z[:, :1]), z, z[:, upper[0]] * z[:, upper[1]]])
 
 
 def _log_density_weights(mixture: Mixture) -> FloatArray:
@@ -88,11 +82,11 @@ def _log_density_weights(mixture: Mixture) -> FloatArray:
     return np.vstack([constant, linear.T, quadratic.T])
 
 
-def _expectation(features: Features, mixture: Mixture) -> tuple[FloatArray, float]:
+def _expectation(features: Single, mixture: Mixture) -> tuple[FloatArray, float]:
     """Compute the sufficient statistics (K, features + 1) and the mean log-likelihood.
 
     The first column is the mass of each component, and the last column is the part of the mass that
-    is reflected. Responsibilities have the precision of the features.
+    is reflected.
     """
     weights, signs = _log_density_weights(mixture), _mirror_signs(mixture.signs)
     count = weights.shape[1]
@@ -101,19 +95,14 @@ def _expectation(features: Features, mixture: Mixture) -> tuple[FloatArray, floa
         reflected[0] += np.log(mixture.reflection)
         weights[0] += np.log1p(-mixture.reflection)
         weights = np.hstack([weights, reflected])
-    weights = np.ascontiguousarray(weights, dtype=features.dtype)
-    statistics = np.zeros((weights.shape[1], features.shape[1]))
+    coefficients = np.ascontiguousarray(weights.T, dtype=np.float32)
+    statistics = np.zeros((len(coefficients), features.shape[1]))
     total = 0.0
     for start in range(0, len(features), _BLOCK):
         block = features[start : start + _BLOCK]
-        table = block @ weights
-        peak = table.max(axis=1, keepdims=True)
-        table -= peak
-        np.maximum(table, _DEPTH, out=table)
-        np.exp(table, out=table)
-        mass = table.sum(axis=1, keepdims=True)
-        total += float(np.log(mass).sum() + peak.sum())
-        statistics += table.T @ (block / mass)
+        responsibility = coefficients @ block.T
+        total += float(softmax(responsibility).sum(dtype=np.float64))
+        statistics += responsibility @ block
     part = np.zeros(count) if signs is None else statistics[count:, 0].copy()
     if signs is not None:
         statistics = statistics[:count] + statistics[count:] * signs
@@ -167,7 +156,7 @@ def _mirror_signs(signs: FloatArray) -> FloatArray | None:
     return monomials(signs[None])[0] if bool((signs < 0.0).any()) else None
 
 
-def iterate(mixture: Mixture, features: Features) -> tuple[Mixture, float]:
+def iterate(mixture: Mixture, features: Single) -> tuple[Mixture, float]:
     """Take one iteration of EM over the `monomials` of a sample.
 
     Returns the new mixture, and the mean log-likelihood of the old one.
@@ -176,7 +165,7 @@ def iterate(mixture: Mixture, features: Features) -> tuple[Mixture, float]:
     return _maximisation(statistics, mixture, len(features))[0], likelihood
 
 
-def _stepwise(mixture: Mixture, features: Features) -> Mixture:
+def _stepwise(mixture: Mixture, features: Single) -> Mixture:
     """Improve a mixture by stepwise EM, block by block."""
     size = max(_POINTS_PER_COMPONENT * len(mixture.weight), _LEAST_BLOCK)
     blocks = max(len(features) // size, 1)
@@ -221,7 +210,7 @@ def fit_mixture(
     # with more than d + 1 points for each component on average, at least one component stays
     most = max((len(z) - 1) // (z.shape[1] + 1), 1)
     mixture = _initial_mixture(z, min(components, most), signs, rng)
-    features = monomials(z).astype(np.float32)
+    features = monomials(z)
     mixture = _stepwise(mixture, features)
     # one iteration on the whole sample makes the weights those of the whole sample
     return iterate(mixture, features)[0]

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
 
 from tablegen.fitting.expectation import (
     add_products,
-    find_curvatures,
     find_shares,
     softmax,
+    weigh_shares,
     write_log_densities,
 )
 from tablegen.fitting.experts import Experts, expectation, fit_experts
@@ -21,46 +22,56 @@ def reference_softmax(logits):
     return weights / weights.sum(axis=-1, keepdims=True)
 
 
+def single(values):
+    return np.ascontiguousarray(values, dtype=np.float32)
+
+
+def shares_by_kernels(log_density, group, expert):
+    """Shares and gradients of experts, (n, g, k), and of groups, (n, g), with the likelihood."""
+    share, probability = single(log_density.transpose(1, 2, 0)), single(expert.transpose(1, 2, 0))
+    group_share = np.array([find_shares(*pair) for pair in zip(share, probability, strict=True)])
+    group_probability, gradient = single(group.T), np.empty_like(share)
+    total = find_shares(group_share, group_probability)
+    for g, row in enumerate(group_share):
+        weigh_shares(share[g], probability[g], row, gradient[g])
+    by_group = group_share - group_probability
+    return share.transpose(2, 0, 1), gradient.transpose(2, 0, 1), by_group.T, total
+
+
 def test_shares_and_derivatives_of_the_likelihood():
     n, groups, each, d = 30, 3, 4, 6
-    logits = RNG.normal(0.0, 3.0, (2, 16, 40)).astype(np.float32)
-    expected = reference_softmax(logits.swapaxes(1, 2)).swapaxes(1, 2)
-    softmax(logits)
+    logits = single(RNG.normal(0.0, 3.0, (16, 40)))
+    expected, log_sums = reference_softmax(logits.T).T, logsumexp(logits, axis=0)
+    np.testing.assert_allclose(softmax(logits), log_sums, rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(logits, expected, rtol=1e-5, atol=1e-7)
     white = RNG.normal(size=(n, d, groups * each)).astype(np.float32)
     constant = RNG.normal(size=groups * each).astype(np.float32)
     top, sub = RNG.normal(size=(n, groups)), RNG.normal(size=(n, groups, each))
+    log_density = constant - 0.5 * np.sum(white.astype(float) ** 2, axis=1)
+    written = np.empty((groups * each, n), dtype=np.float32)
+    write_log_densities(single(white.reshape(n, -1).T), constant, written)
+    np.testing.assert_allclose(written.T, log_density, rtol=1e-5)
+    log_density = log_density.reshape(n, groups, each)
 
     def likelihood(top, sub):
-        prior = reference_softmax(top)[:, :, None] * reference_softmax(sub)
-        density = np.exp(constant - 0.5 * np.sum(white.astype(float) ** 2, axis=1))
-        joint = prior * density.reshape(n, groups, each)
+        joint = reference_softmax(top)[:, :, None] * reference_softmax(sub) * np.exp(log_density)
         return np.log(joint.sum(axis=(1, 2))), joint / joint.sum(axis=(1, 2), keepdims=True)
 
-    group = np.ascontiguousarray(reference_softmax(top).T, dtype=np.float32)
-    expert = np.ascontiguousarray(reference_softmax(sub).reshape(n, -1).T, dtype=np.float32)
-    share = np.empty_like(expert)
-    write_log_densities(np.ascontiguousarray(white.reshape(n, -1).T), constant, share)
-    by_group, by_expert = np.empty_like(group), np.empty_like(expert)
-    total = find_shares(share, group, expert, by_group, by_expert)
+    share, gradient, by_group, total = shares_by_kernels(
+        log_density, reference_softmax(top), reference_softmax(sub)
+    )
     expected, shares = likelihood(top, sub)
-    assert total == pytest.approx(expected.sum(), rel=1e-5)
-    np.testing.assert_allclose(share.T.reshape(shares.shape), shares, atol=1e-5)
+    np.testing.assert_allclose(total, expected, rtol=1e-4, atol=1e-5)
+    np.testing.assert_allclose(share, shares, atol=1e-5)
     step = 1e-5
     for g in range(groups):
         moved, inner = top.copy(), sub.copy()
         moved[:, g] += step
         slope = (likelihood(moved, sub)[0] - expected) / step
-        np.testing.assert_allclose(by_group[g], slope, atol=1e-3)
+        np.testing.assert_allclose(by_group[:, g], slope, atol=1e-3)
         inner[:, g, 1] += step
         slope = (likelihood(top, inner)[0] - expected) / step
-        np.testing.assert_allclose(by_expert[g * each + 1], slope, atol=1e-3)
-    find_curvatures(share, group, expert, by_group, by_expert)
-    np.testing.assert_allclose(by_group, group * (1.0 - group), rtol=1e-5)
-    whole = (
-        shares.sum(axis=2, keepdims=True) * reference_softmax(sub) * (1.0 - reference_softmax(sub))
-    )
-    np.testing.assert_allclose(by_expert.T, whole.reshape(n, -1), atol=1e-5)
+        np.testing.assert_allclose(gradient[:, g, 1], slope, atol=1e-3)
 
 
 def test_no_share_is_subnormal():
@@ -69,19 +80,63 @@ def test_no_share_is_subnormal():
     These are sharp gates and densities, as those of the last iterations of a fit.
     """
     n, groups, each = 200, 4, 8
-    group = RNG.normal(0.0, 60.0, (1, groups, n)).astype(np.float32)
-    expert = RNG.normal(0.0, 60.0, (groups, each, n)).astype(np.float32)
-    share = RNG.normal(0.0, 300.0, (groups * each, n)).astype(np.float32)
-    for logits in (group, expert):
+    group, expert = RNG.normal(0.0, 60.0, (groups, n)), RNG.normal(0.0, 60.0, (groups, each, n))
+    group, expert = single(group), single(expert)
+    for logits in (group, *expert):
         softmax(logits)
         assert logits.min() > 2.0**-35
-    group, expert = group[0], expert.reshape(groups * each, n)
-    by_group, by_expert = np.empty_like(group), np.empty_like(expert)
-    find_shares(share, group, expert, by_group, by_expert)
-    np.testing.assert_allclose(share.sum(axis=0), 1.0, rtol=1e-5)
-    assert ((share == 0.0) | (share >= 2.0**-60)).all()
-    for numbers in (by_group, by_expert):
+    shares = shares_by_kernels(
+        RNG.normal(0.0, 300.0, (n, groups, each)), group.T, expert.transpose(2, 0, 1)
+    )
+    np.testing.assert_allclose(shares[0].sum(axis=(1, 2)), 1.0, rtol=1e-5)
+    assert ((shares[0] == 0.0) | (shares[0] >= 2.0**-60)).all()
+    for numbers in shares:
         assert ((numbers == 0.0) | (np.abs(numbers) > 2.0**-126)).all()
+
+
+def separate_groups(n):
+    """Features and scores of three groups of one expert, chosen by the first two inputs."""
+    t = RNG.normal(size=(n, 8))
+    chosen = np.where(t[:, 0] > 0.0, 2, (t[:, 1] > 0.0).astype(int))
+    scores = np.array([-2.0, 0.0, 2.0])[chosen, None] + 0.1 * RNG.normal(size=(n, 7))
+    return single(np.hstack([features(t), scores])), chosen
+
+
+def test_groups_without_a_share_need_not_be_computed():
+    vectors, chosen = separate_groups(6000)
+    fitted, _ = fit_experts(vectors, 8, 7, 3, 1, np.random.default_rng(3))
+    everything = np.ones((3, len(vectors)), dtype=bool)
+    whole = expectation(fitted, vectors, everything, curved=3000)
+    # each rebound has one group, and other groups have no share in it
+    assert (whole.near.sum(axis=0) == 1).all()
+    assert all(len(np.unique(chosen[near])) == 1 for near in whole.near)
+    part = expectation(fitted, vectors, whole.near, curved=3000)
+    assert part.likelihood == pytest.approx(whole.likelihood, rel=1e-6)
+    for name in ("products", "by_group", "by_expert", "group_curvature", "expert_curvature"):
+        a, b = getattr(part, name), getattr(whole, name)
+        np.testing.assert_allclose(a, b, atol=1e-4 * np.abs(b).max() + 1e-6)
+    assert 3000 <= part.curved < len(vectors)
+    # with other groups instead, the likelihood is far lower
+    wrong = expectation(fitted, vectors, np.roll(whole.near, 1, axis=0))
+    assert wrong.likelihood / len(vectors) < whole.likelihood / len(vectors) - 10.0
+
+
+def test_curvatures_of_gates():
+    """P (1 - P) for a group, and that of an expert times the share of its group."""
+    vectors, _ = separate_groups(500)
+    fitted, _ = fit_experts(vectors, 8, 7, 3, 2, np.random.default_rng(4))
+    fitted.group_gate *= 0.1
+    fitted.gate = RNG.normal(0.0, 0.3, fitted.gate.shape)
+    sums = expectation(fitted, vectors, np.ones((3, 500), dtype=bool), curved=500)
+    phi = vectors[:, :30].astype(float)
+    group = reference_softmax(phi @ fitted.group_gate.T)
+    expert = reference_softmax((phi @ fitted.gate.T).reshape(500, 3, 2))
+    expected = np.einsum("ng,na,nb->gab", group - group**2, phi, phi)
+    np.testing.assert_allclose(sums.group_curvature, np.triu(expected), rtol=1e-3, atol=0.02)
+    share = expectation(fitted, vectors[:1], np.ones((3, 1), dtype=bool), curved=1)
+    inner = share.near[:, 0].astype(float)[:, None] * (expert[0] - expert[0] ** 2)
+    found = share.expert_curvature[:, 0, 0].reshape(3, 2)
+    np.testing.assert_allclose(found, inner, rtol=1e-2, atol=1e-3)
 
 
 def test_sums_of_products():
@@ -91,9 +146,8 @@ def test_sums_of_products():
     kept = np.where(weight < 0.1, 0.0, weight)
     expected = np.triu(np.einsum("kn,na,nb->kab", kept, vectors, vectors))
     products = np.zeros((count, width, width))
-    single = weight.astype(np.float32), vectors.astype(np.float32)
     for _ in range(2):
-        add_products(*single, np.float32(0.1), products)
+        add_products(single(weight), single(vectors), np.float32(0.1), products)
     np.testing.assert_allclose(products, 2.0 * expected, atol=1e-4)
 
 
@@ -118,7 +172,8 @@ def test_a_known_law_is_recovered():
     np.testing.assert_allclose(deviations, 0.3, rtol=0.1)
     # with the slopes exchanged, the law is worse
     wrong = Experts(fitted.group_gate, fitted.gate, fitted.mean[::-1], fitted.factor, fitted.weight)
-    assert expectation(wrong, vectors).likelihood / len(t) < likelihood - 1.0
+    near = np.ones((1, len(t)), dtype=bool)
+    assert expectation(wrong, vectors, near).likelihood / len(t) < likelihood - 1.0
 
 
 @pytest.mark.parametrize("n", [5, 60, 3000])
