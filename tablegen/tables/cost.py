@@ -1,55 +1,62 @@
-"""Estimate the processor time of a table from the time of one node, and describe it."""
+"""Estimate the processor time of a table from the time of a few nodes, and describe it.
+
+Work is counted in particles of nodes: the unit is the simulation of one particle of a node, and the
+ranking of its variables. The numbers below are measured times in this unit; it takes about a
+microsecond. tablegen/fitting/EXPERIMENTS.md compares estimates with real times.
+"""
 
 import math
 from typing import NamedTuple
 
 from tablegen.accuracy.measure import sample_size
 from tablegen.fitting.law_conditions import covered_range
+from tablegen.fitting.resolution import Resolution
 from tablegen.tables.interpolation_error import SMALLEST_CHEAP_SAMPLES
 from tablegen.tables.plan import Plan
 from tablegen.tables.refine import NodeCache
 
-# The numbers below are measured times over the time of a node with the smallest mixture.
+#: Fit of a mixture of K components, over K^2: it sees a number of particles for each component.
+_MIXTURE = 4.4
 
-#: A node with the mixture that is chosen in the end: the least and the most.
-_NODE_TIME = (1.0, 3.0)
-#: A trial: draws in the middle of an edge or of a cell of the grid, compared with simulation by all
-#: metrics, and by the cheap ones alone; the second for as many states as a node has particles.
-_TRIAL_TIME, _CHEAP_TRIAL_TIME = 5.0, 1.25
-#: The fit of a leaf without experts, conditions included, and the simulation of chains of hits;
-#: both for as many rebounds as a node has particles.
-_LEAF_TIME, _CHAIN_TIME = 3.0, 1.5
+#: Comparison of one state with simulation by the cheap metrics and by all metrics, and the
+#: classifier of one comparison.
+_CHEAP_STATE, _STATE, _CLASSIFIER = 1.9, 4.0, 6e5
 
-#: A leaf takes as long again for each _EXPERTS experts. The simulation of the particles of a node
-#: takes as long as the fit of _COMPONENTS components.
-_EXPERTS, _COMPONENTS = 64.0, 150.0
+#: Share of the states that a trial by cheap metrics takes on average.
+_TRIED_SHARE = 0.5
 
-#: Least and most rounds of the refinement, and least and most nodes and trials for the choice of
-#: the mixture.
-_ROUNDS, _PROBES = (1, 2), (6, 24)
+#: Fit of a leaf to one rebound, the conditions of the leaf included: without experts, and for each
+#: expert.
+_REBOUND, _REBOUND_BY_EXPERT = 3.0, 0.04
 
-#: Rebounds of the measurement of chains.
-_CHAIN_REBOUNDS = 5e6
+#: Measurement of a spin law along chains of hits.
+_CHAINS = 2e7
+
+#: Share of the nodes that may be added to the first grid and are added.
+_ADDED_SHARE = 0.45
+
+#: Conditions at which the mixture is chosen: so many nodes and comparisons.
+_PROBES = 12
 
 
 class Cost(NamedTuple):
     """Estimated cost of a table."""
 
     plan: Plan
-    #: Least and most processor time [s] that is still to be spent.
-    seconds: tuple[float, float]
+    #: Processor time [s] that is still to be spent.
+    seconds: float
     #: Processor time [s] that an interrupted run spent on pieces that this run uses.
     spent: float
 
 
 def estimate(plan: Plan, cache: NodeCache, conditions: int, spent: float) -> Cost:
-    """Fit a node, and extrapolate its time to the whole table.
+    """Fit a few nodes, and extrapolate their time to the whole table.
 
     Parameters
     ----------
     plan : Plan
     cache : NodeCache
-        Fits the node, and keeps it for the table.
+        Fits the nodes, and keeps them for the table.
     conditions : int
         Number of conditions at which the finished table is measured.
     spent : float
@@ -59,54 +66,79 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, spent: float) -> Cos
     -------
     Cost
     """
-    size, begin, (alphas, speeds) = plan.sizes[0], cache.runner.seconds, plan.grid
-    cache.fit(size, [(alphas[len(alphas) // 2], speeds[len(speeds) // 2])])
-    node_seconds = cache.runner.seconds - begin
-    leaf_rebounds = sum(
-        (spin_sizes.leaves + spin_sizes.nonspinning_leaves)
-        * spin_sizes.rebounds
-        * (1.0 + spin_sizes.groups * spin_sizes.experts / _EXPERTS)
-        for spin_sizes in plan.spin.values()
+    begin, (alphas, speeds) = cache.runner.seconds, plan.grid
+    timed = [(a, speeds[-1]) for a in sorted({alphas[0], alphas[len(alphas) // 2], alphas[-1]})]
+    cache.fit(plan.sizes[0], timed)
+    seconds = (cache.runner.seconds - begin) / (len(timed) * _node_work(plan.sizes[0]))
+    work = _grid_work(plan) + _spin_law_work(plan) + _measurement_work(plan, conditions)
+    return Cost(plan, max(work * seconds - spent, 0.0), spent)
+
+
+def _node_work(size: Resolution) -> float:
+    return size.samples + _MIXTURE * size.components**2
+
+
+def _grid_work(plan: Plan) -> float:
+    """Estimate the work of nodes, of their trials, and of the choice of the mixture."""
+    angles, speeds = (
+        first + _ADDED_SHARE * (most - first)
+        for first, most in zip(plan.first, plan.most, strict=True)
     )
     states = sample_size(plan.config.accuracy, SMALLEST_CHEAP_SAMPLES)
-    ends = []
-    for k, nodes in enumerate((plan.first, plan.most)):
-        work = math.prod(nodes) * _NODE_TIME[k if len(plan.sizes) > 1 else 0]
-        if plan.first != plan.most:
-            cheap_time = _CHEAP_TRIAL_TIME * states / size.samples
-            trials = cheap_time * _trials(*nodes) + _TRIAL_TIME * (nodes[0] - 1)
-            work += _ROUNDS[k] * trials
-        work += _PROBES[k] * (1.0 + _TRIAL_TIME) if len(plan.sizes) > 1 else 0.0
-        work += _LEAF_TIME * leaf_rebounds / (size.samples * (1.0 + size.components / _COMPONENTS))
-        if conditions > 0:
-            work += conditions * (1 + plan.config.spin) * _TRIAL_TIME
-            work += _CHAIN_TIME * _CHAIN_REBOUNDS * plan.config.spin / size.samples
-        ends.append(max(work * node_seconds - spent, 0.0))
-    return Cost(plan, (ends[0], ends[1]), spent)
+    # if there is a choice of mixtures, the largest is the one that the accuracy is likely to need
+    work = angles * speeds * _node_work(plan.sizes[-1])
+    if len(plan.sizes) > 1:
+        work += _PROBES * (_node_work(plan.sizes[-1]) + _CLASSIFIER)
+    if plan.first != plan.most:
+        trials = _count_trials(plan.first, angles, speeds)
+        work += trials * _TRIED_SHARE * _CHEAP_STATE * states
+        work += (angles - 1) * (_STATE * states + _CLASSIFIER)
+    return work
 
 
-def _trials(alphas: int, speeds: int) -> int:
-    """Count the edges and cells of a grid."""
-    return (alphas - 1) * speeds + alphas * (speeds - 1) + (alphas - 1) * (speeds - 1)
+def _count_trials(first: tuple[int, int], angles: float, speeds: float) -> float:
+    """Count the trials on the edges of a first grid, on halves of edges, and in final cells."""
+    between_angles = first[0] - 1 + 2 * (angles - first[0])
+    between_speeds = first[1] - 1 + 2 * (speeds - first[1])
+    edges = between_angles * first[1] + between_speeds * first[0]
+    return edges + (angles - 1) * (speeds - 1)
 
 
-def time_text(low: float, high: float) -> str:
-    """Write a range of durations [s] in the unit that fits the longer one."""
+def _spin_law_work(plan: Plan) -> float:
+    return sum(
+        (sizes.leaves + sizes.nonspinning_leaves)
+        * sizes.rebounds
+        * (_REBOUND + _REBOUND_BY_EXPERT * sizes.groups * sizes.experts)
+        for sizes in plan.spin.values()
+    )
+
+
+def _measurement_work(plan: Plan, conditions: int) -> float:
+    if conditions == 0:
+        return 0.0
+    config = plan.config
+    work = conditions * (_STATE * sample_size(config.accuracy) + _CLASSIFIER)
+    if config.spin:
+        work += conditions * (_STATE * sample_size(config.spin_targets) + _CLASSIFIER) + _CHAINS
+    return work
+
+
+def time_text(seconds: float) -> str:
+    """Write a duration [s] in a unit that fits it."""
     units = {"hours": 3600.0, "minutes": 60.0, "seconds": 1.0}
-    unit = next((name for name, seconds in units.items() if high >= 2.0 * seconds), "seconds")
-    ends = (float(f"{max(x / units[unit], 1.0):.2g}") for x in (low, high))
-    return f"{' to '.join(dict.fromkeys(f'{end:g}' for end in ends))} {unit}"
+    unit = next((name for name, length in units.items() if seconds >= 2.0 * length), "seconds")
+    return f"{float(f'{max(seconds / units[unit], 1.0):.2g}'):g} {unit}"
 
 
 def spent_text(spent: float, quoted: Cost | None = None) -> str:
     """Describe the processor time [s] that was spent, and the estimate before."""
-    text = f"{time_text(spent, spent)} of one processor"
-    return f"{text}, where {time_text(*quoted.seconds)} were estimated" if quoted else text
+    text = f"{time_text(spent)} of one processor"
+    return f"{text}, where {time_text(quoted.seconds)} were estimated" if quoted else text
 
 
 def cost_text(cost: Cost, workers: int | None) -> str:
     """Describe a cost in one line; ``workers`` is their number, if it is known."""
-    plan, (low, high) = cost.plan, cost.seconds
+    plan = cost.plan
     alpha_deg = plan.config.domain.alpha_deg
     text = f"{plan.first[0]} x {plan.first[1]} nodes"
     if plan.most != plan.first:
@@ -119,9 +151,9 @@ def cost_text(cost: Cost, workers: int | None) -> str:
                 ", because a grain may meet the next wall at any angle (if particles hit one wall "
                 "only, set spin = false)"
             )
-    text += f"; about {time_text(low, high)} of one processor"
+    text += f"; about {time_text(cost.seconds)} of one processor"
     if cost.spent > 0.0:
-        text += f" after the {time_text(cost.spent, cost.spent)} that are done"
+        text += f" after the {time_text(cost.spent)} that are done"
     if workers is not None and workers > 1:
-        text += f", {time_text(low / workers, high / workers)} on {workers}"
+        text += f", {time_text(cost.seconds / workers)} on {workers}"
     return text
