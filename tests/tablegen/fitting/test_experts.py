@@ -11,7 +11,7 @@ from tablegen.fitting.expectation import (
     weigh_shares,
     write_log_densities,
 )
-from tablegen.fitting.experts import Experts, expectation, fit_experts
+from tablegen.fitting.experts import Experts, Weight, expectation, fit_experts
 from tablegen.fitting.spin_coordinates import features
 
 RNG = np.random.default_rng(6)
@@ -94,49 +94,55 @@ def test_no_share_is_subnormal():
         assert ((numbers == 0.0) | (np.abs(numbers) > 2.0**-126)).all()
 
 
-def separate_groups(n):
-    """Features and scores of three groups of one expert, chosen by the first two inputs."""
-    t = RNG.normal(size=(n, 8))
-    chosen = np.where(t[:, 0] > 0.0, 2, (t[:, 1] > 0.0).astype(int))
-    scores = np.array([-2.0, 0.0, 2.0])[chosen, None] + 0.1 * RNG.normal(size=(n, 7))
-    return single(np.hstack([features(t), scores])), chosen
+def separate_experts(each, rng):
+    """Experts of three groups around scores of -2, 0 and 2, with gates that are nearly flat."""
+    count = 3 * each
+    mean = np.zeros((count, 7, 30))
+    mean[:, :, 0] = np.repeat([-2.0, 0.0, 2.0], each)[:, None]
+    gates = rng.normal(0.0, 0.1, (3, 30)), rng.normal(0.0, 0.1, (count, 30))
+    factor = np.repeat(0.1 * np.eye(7)[None], count, axis=0)
+    weight = Weight(*(np.zeros((n, 30, 30)) for n in (3, count, count)))
+    return Experts(*gates, mean, factor, weight)
+
+
+def separate_rebounds(n, rng):
+    """Features and scores of rebounds of `separate_experts`, and their groups."""
+    group = rng.integers(3, size=n)
+    scores = np.array([-2.0, 0.0, 2.0])[group, None] + 0.1 * rng.normal(size=(n, 7))
+    return single(np.hstack([features(rng.normal(size=(n, 8))), scores])), group
 
 
 def test_groups_without_a_share_need_not_be_computed():
-    vectors, chosen = separate_groups(6000)
-    fitted, _ = fit_experts(vectors, 8, 7, 3, 1, np.random.default_rng(3))
-    everything = np.ones((3, len(vectors)), dtype=bool)
-    whole = expectation(fitted, vectors, everything, curved=3000)
-    # each rebound has one group, and other groups have no share in it
-    assert (whole.near.sum(axis=0) == 1).all()
-    assert all(len(np.unique(chosen[near])) == 1 for near in whole.near)
-    part = expectation(fitted, vectors, whole.near, curved=3000)
+    rng = np.random.default_rng(3)
+    fitted, (vectors, group) = separate_experts(2, rng), separate_rebounds(3000, rng)
+    whole = expectation(fitted, vectors, np.ones((3, 3000), dtype=bool), curved=1500)
+    np.testing.assert_array_equal(whole.near, np.arange(3)[:, None] == group)
+    part = expectation(fitted, vectors, whole.near, curved=1500)
     assert part.likelihood == pytest.approx(whole.likelihood, rel=1e-6)
     for name in ("products", "by_group", "by_expert", "group_curvature", "expert_curvature"):
         a, b = getattr(part, name), getattr(whole, name)
-        np.testing.assert_allclose(a, b, atol=1e-4 * np.abs(b).max() + 1e-6)
-    assert 3000 <= part.curved < len(vectors)
+        np.testing.assert_allclose(a, b, atol=1e-5 * np.abs(b).max())
+    assert 1500 <= part.curved < 3000
     # with other groups instead, the likelihood is far lower
     wrong = expectation(fitted, vectors, np.roll(whole.near, 1, axis=0))
-    assert wrong.likelihood / len(vectors) < whole.likelihood / len(vectors) - 10.0
+    assert wrong.likelihood < whole.likelihood - 1000.0 * len(vectors)
 
 
 def test_curvatures_of_gates():
     """P (1 - P) for a group, and that of an expert times the share of its group."""
-    vectors, _ = separate_groups(500)
-    fitted, _ = fit_experts(vectors, 8, 7, 3, 2, np.random.default_rng(4))
-    fitted.group_gate *= 0.1
-    fitted.gate = RNG.normal(0.0, 0.3, fitted.gate.shape)
+    rng = np.random.default_rng(4)
+    fitted, (vectors, group) = separate_experts(2, rng), separate_rebounds(500, rng)
     sums = expectation(fitted, vectors, np.ones((3, 500), dtype=bool), curved=500)
     phi = vectors[:, :30].astype(float)
-    group = reference_softmax(phi @ fitted.group_gate.T)
-    expert = reference_softmax((phi @ fitted.gate.T).reshape(500, 3, 2))
-    expected = np.einsum("ng,na,nb->gab", group - group**2, phi, phi)
-    np.testing.assert_allclose(sums.group_curvature, np.triu(expected), rtol=1e-3, atol=0.02)
-    share = expectation(fitted, vectors[:1], np.ones((3, 1), dtype=bool), curved=1)
-    inner = share.near[:, 0].astype(float)[:, None] * (expert[0] - expert[0] ** 2)
-    found = share.expert_curvature[:, 0, 0].reshape(3, 2)
-    np.testing.assert_allclose(found, inner, rtol=1e-2, atol=1e-3)
+    top = reference_softmax(phi @ fitted.group_gate.T)
+    inner = reference_softmax((phi @ fitted.gate.T).reshape(500, 3, 2))
+    share = (group[:, None] == np.arange(3))[:, :, None] * (inner - inner**2)
+    for found, weight in (
+        (sums.group_curvature, top - top**2),
+        (sums.expert_curvature, share.reshape(500, 6)),
+    ):
+        expected = np.triu(np.einsum("nk,na,nb->kab", weight, phi, phi))
+        np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
 
 
 def test_sums_of_products():
