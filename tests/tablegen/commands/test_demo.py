@@ -22,6 +22,7 @@ def small_demo(run, monkeypatch, tmp_path, quick_measurement, quick_classifier):
     def small(config):
         monkeypatch.setattr("tablegen.config.config.load_config", lambda name: config)
         short = partial(validate, samples=4000)
+        monkeypatch.setattr(demo, "_CONDITIONS", 2)
         monkeypatch.setattr(sys.modules[validate.__module__], "validate", short)
         return run("demo", "--output", tmp_path / "demo.h5", "--quiet")
 
