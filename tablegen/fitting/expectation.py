@@ -183,11 +183,10 @@ def add_products(
     """
     count, width = vectors.shape
     # the tiles are whole, so vectors get zeros at their end
-    left_width = -(-width // TILE_ROWS) * TILE_ROWS
-    right_width = -(-width // TILE_COLUMNS) * TILE_COLUMNS
-    left = np.zeros((count, left_width), dtype=np.float32)
-    right = np.zeros((count, right_width), dtype=np.float32)
-    sums = np.empty((left_width, right_width), dtype=np.float32)
+    rows_width = -(-width // TILE_ROWS) * TILE_ROWS
+    columns_width = -(-width // TILE_COLUMNS) * TILE_COLUMNS
+    scaled = np.zeros((count, max(rows_width, columns_width)), dtype=np.float32)
+    sums = np.empty((rows_width, columns_width), dtype=np.float32)
     rows = np.empty(count, dtype=np.int32)
     for k in range(weight.shape[0]):
         expert_weight = weight[k]
@@ -199,15 +198,13 @@ def add_products(
             continue
         for j in range(selected):
             i = rows[j]
-            w, vector = expert_weight[i], vectors[i]
-            left_row, right_row = left[j], right[j]
+            root, vector, row = np.sqrt(expert_weight[i]), vectors[i], scaled[j]
             for a in range(width):
-                left_row[a] = w * vector[a]
-                right_row[a] = vector[a]
+                row[a] = root * vector[a]
         for a in range(0, width, TILE_ROWS):
             # tiles that lie below the diagonal are left out
             for b in range(a // TILE_COLUMNS * TILE_COLUMNS, width, TILE_COLUMNS):
-                write_tile(left, right, selected, a, b, sums)
+                write_tile(scaled, scaled, selected, a, b, sums)
         out = products[k]
         for a in range(width):
             for b in range(a, width):

@@ -36,7 +36,7 @@ from tablegen.fitting.expectation import (
 from tablegen.model.float_array import FloatArray
 
 #: Rows of a block: the shares of a group fit into the cache.
-_BLOCK = 1024
+_BLOCK = 512
 
 #: A group with a smaller share in a rebound is left out there until all groups are computed again.
 _LEAST_GROUP_SHARE = np.float32(1e-3)
