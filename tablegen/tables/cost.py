@@ -1,8 +1,8 @@
 """Estimate the processor time of a table from the time of a few nodes, and describe it.
 
-Work is counted in particles of nodes: the unit is the simulation of one particle of a node, and the
-ranking of its variables. The numbers below are measured times in this unit; it takes about a
-microsecond. tablegen/fitting/EXPERIMENTS.md compares estimates with real times.
+Work is counted in particles of nodes: the unit is the simulation of one particle, and the ranking
+of its variables. It takes about two microseconds. The numbers below are measured times in this
+unit. tablegen/fitting/EXPERIMENTS.md compares estimates with real times.
 """
 
 import math
@@ -16,21 +16,21 @@ from tablegen.tables.plan import Plan
 from tablegen.tables.refine import NodeCache
 
 #: Fit of a mixture of K components, over K^2: it sees a number of particles for each component.
-_MIXTURE = 4.4
+_MIXTURE = 1.8
 
-#: Comparison of one state with simulation by the cheap metrics and by all metrics, and the
+#: Comparison of one state with simulation, by the cheap metrics and by all metrics; and the
 #: classifier of one comparison.
-_CHEAP_STATE, _STATE, _CLASSIFIER = 1.9, 4.0, 6e5
+_CHEAP_STATE, _STATE, _CLASSIFIER = 0.9, 2.0, 2.5e5
 
 #: Share of the states that a trial by cheap metrics takes on average.
-_TRIED_SHARE = 0.5
+_TRIED_SHARE = 0.33
 
 #: Fit of a leaf to one rebound, the conditions of the leaf included: without experts, and for each
 #: expert.
-_REBOUND, _REBOUND_BY_EXPERT = 3.0, 0.04
+_REBOUND, _REBOUND_BY_EXPERT = 3.2, 0.0166
 
 #: Measurement of a spin law along chains of hits.
-_CHAINS = 2e7
+_CHAINS = 6.2e6
 
 #: Share of the nodes that may be added to the first grid and are added.
 _ADDED_SHARE = 0.45
@@ -88,11 +88,11 @@ def _grid_work(plan: Plan) -> float:
     # if there is a choice of mixtures, the largest is the one that the accuracy is likely to need
     work = angles * speeds * _node_work(plan.sizes[-1])
     if len(plan.sizes) > 1:
-        work += _PROBES * (_node_work(plan.sizes[-1]) + _CLASSIFIER)
+        work += _PROBES * (_node_work(plan.sizes[-1]) + _CHEAP_STATE * states + _CLASSIFIER)
     if plan.first != plan.most:
         trials = _count_trials(plan.first, angles, speeds)
         work += trials * _TRIED_SHARE * _CHEAP_STATE * states
-        work += (angles - 1) * (_STATE * states + _CLASSIFIER)
+        work += (angles - 1) * (_CHEAP_STATE * states + _CLASSIFIER)
     return work
 
 
