@@ -16,6 +16,8 @@ have double. The rebounds are the last axis, (k, n): loops over them then have n
 maximum, and run in vector registers.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +25,15 @@ from tablegen.model.jit import inline_kernel, kernel
 from tablegen.model.tile_products import TILE_COLUMNS, TILE_ROWS, write_tile
 
 Single = NDArray[np.float32]
+
+#: A group with a smaller share in a rebound is left out there until all groups are computed again.
+_LEAST_GROUP_SHARE = np.float32(1e-3)
+
+#: Log-density of a group that is left out.
+_LEFT_OUT = np.float32(-1e30)
+
+#: Smaller shares of an expert in a rebound are left out of sums, and so are smaller curvatures.
+_LEAST_SUMMED, _LEAST_CURVATURE = np.float32(1e-3), np.float32(1e-4)
 
 _F = np.float32
 _HALF, _ONE, _ZERO = _F(0.5), _F(1.0), _F(0.0)
@@ -209,3 +220,126 @@ def add_products(
         for a in range(width):
             for b in range(a, width):
                 out[a, b] += sums[a, b]
+
+
+class Coefficients(NamedTuple):
+    """Coefficients in single precision that are multiplied with rebounds, group by group."""
+
+    #: (g, f): gate of the groups.
+    group_gate: Single
+    #: (g, k, f): gates of the k experts of each group.
+    gate: Single
+    #: (g, o k, f + o): matrices that map features and scores to factor^-1 (x - mean).
+    white: Single
+    #: (g, k): logarithms of the densities of experts at their means.
+    constant: Single
+
+
+class Sums(NamedTuple):
+    """Sums over rebounds, for k experts in g groups."""
+
+    #: (g, n): groups that are computed in each rebound; after the sums, those that have a share.
+    near: NDArray[np.bool_]
+    #: (k, f + o, f + o): products of features and scores, weighted by the shares of each expert, in
+    #: the upper triangles.
+    products: NDArray[np.float64]
+    #: (g, f) and (k, f): gradients of the log-likelihood with respect to both gates.
+    by_group: NDArray[np.float64]
+    by_expert: NDArray[np.float64]
+    #: (g, f, f) and (k, f, f): minus the second derivatives with respect to each gate alone, in the
+    #: upper triangles, over the first ``curved`` rebounds.
+    group_curvature: NDArray[np.float64]
+    expert_curvature: NDArray[np.float64]
+    curved: int = 0
+    #: Log-likelihood.
+    likelihood: float = 0.0
+
+
+class _Group(NamedTuple):
+    """Experts of a group, in the m rebounds of a block in which the group is computed."""
+
+    #: (m,): numbers of these rebounds in the block.
+    rows: NDArray[np.int64]
+    #: (m, f + o) and (m, f): features and scores, and features.
+    vectors: Single
+    features: Single
+    #: (k, m): probabilities of the experts, and their shares in the group.
+    expert: Single
+    share: Single
+    #: (m,): logarithms of the densities of the group.
+    log_density: Single
+
+
+@kernel
+def _evaluate_group(
+    gate: Single, white: Single, constant: Single, block: Single, near: NDArray[np.bool_]
+) -> _Group:
+    """Compute a group in those rebounds of a block in which it is near, (n,)."""
+    rows = np.flatnonzero(near)
+    vectors = block[rows]
+    features = np.ascontiguousarray(vectors[:, : gate.shape[1]])
+    expert = np.dot(gate, features.T)
+    softmax(expert)
+    share = np.empty_like(expert)
+    write_log_densities(np.dot(white, vectors.T), constant, share)
+    return _Group(rows, vectors, features, expert, share, find_shares(share, expert))
+
+
+@kernel
+def add_block(
+    coefficients: Coefficients, vectors: Single, start: int, stop: int, sums: Sums
+) -> float:
+    """Add rebounds to the arrays of sums, and forget the groups that have no share in them.
+
+    Threads of Python would wait for each other between the many small steps, so one kernel takes
+    all of them.
+
+    Parameters
+    ----------
+    coefficients : Coefficients
+    vectors : (n, f + o) float32
+        Features and scores of rebounds.
+    start, stop : int
+        The rebounds from ``start`` to ``stop`` are added. They count for the second derivatives if
+        ``stop`` is at most ``sums.curved``.
+    sums : Sums
+        Its arrays are increased.
+
+    Returns
+    -------
+    float
+        Log-likelihood of the rebounds.
+    """
+    groups, each, width = coefficients.gate.shape
+    block, near = vectors[start:stop], sums.near[:, start:stop]
+    parts = [
+        _evaluate_group(
+            coefficients.gate[g], coefficients.white[g], coefficients.constant[g], block, near[g]
+        )
+        for g in range(groups)
+    ]
+    features = np.ascontiguousarray(block[:, :width])
+    probability = np.dot(coefficients.group_gate, features.T)
+    softmax(probability)
+    share = np.full(probability.shape, _LEFT_OUT)
+    for g in range(groups):
+        share[g][parts[g].rows] = parts[g].log_density
+    likelihood = find_shares(share, probability).astype(np.float64).sum()
+    sums.by_group[:] += np.dot(share - probability, features)
+    is_curved = stop <= sums.curved
+    if is_curved:
+        curvature = probability * (_ONE - probability)
+        add_products(curvature, features, _LEAST_CURVATURE, sums.group_curvature)
+    for g in range(groups):
+        part, first, last = parts[g], g * each, (g + 1) * each
+        group_share, gradient = share[g][part.rows], np.empty_like(part.share)
+        weigh_shares(part.share, part.expert, group_share, gradient)
+        add_products(part.share, part.vectors, _LEAST_SUMMED, sums.products[first:last])
+        sums.by_expert[first:last] += np.dot(gradient, part.features)
+        if is_curved:
+            curvature = group_share * (part.expert * (_ONE - part.expert))
+            curved = sums.expert_curvature[first:last]
+            add_products(curvature, part.features, _LEAST_CURVATURE, curved)
+        for i in part.rows:
+            near[g, i] = share[g, i] > _LEAST_GROUP_SHARE
+    return likelihood

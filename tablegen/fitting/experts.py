@@ -25,27 +25,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tablegen.fitting.expectation import (
-    Single,
-    add_products,
-    find_shares,
-    softmax,
-    weigh_shares,
-    write_log_densities,
-)
+from tablegen.fitting.expectation import Coefficients, Single, Sums, add_block, add_products
 from tablegen.model.float_array import FloatArray
 
 #: Rows of a block: the shares of a group fit into the cache.
 _BLOCK = 512
-
-#: A group with a smaller share in a rebound is left out there until all groups are computed again.
-_LEAST_GROUP_SHARE = np.float32(1e-3)
-
-#: Log-density of a group that is left out.
-_LEFT_OUT = np.float32(-1e30)
-
-#: Smaller shares of an expert in a rebound are left out of sums, and so are smaller curvatures.
-_LEAST_SHARE, _LEAST_CURVATURE = np.float32(1e-3), np.float32(1e-4)
 
 #: Share of the rebounds in first iterations, and share of these again in second derivatives.
 _FIRST_SHARE, _CURVATURE_SHARE = 0.25, 0.25
@@ -102,26 +86,6 @@ class Experts:
     def outcomes(self) -> int:
         """Number o of outcomes."""
         return self.factor.shape[1]
-
-
-@dataclass
-class Sums:
-    """Sums over rebounds."""
-
-    #: (g, n): groups that have a share in each rebound.
-    near: NDArray[np.bool_]
-    #: (k, f + o, f + o): products of features and scores, weighted by the shares of each expert.
-    products: FloatArray
-    #: (g, f) and (k, f): gradients of the log-likelihood with respect to both gates.
-    by_group: FloatArray
-    by_expert: FloatArray
-    #: (g, f, f) and (k, f, f): minus the second derivatives with respect to each gate alone, in the
-    #: upper triangles, over the first ``curved`` rebounds.
-    group_curvature: FloatArray
-    expert_curvature: FloatArray
-    curved: int = 0
-    #: Log-likelihood.
-    likelihood: float = 0.0
 
 
 def fit_experts(
@@ -256,20 +220,7 @@ def _slices(rows: Single, size: int = _BLOCK) -> list[slice]:
     return [slice(start, start + size) for start in range(0, len(rows), size)]
 
 
-class _Coefficients(NamedTuple):
-    """Coefficients in single precision that are multiplied with rebounds, group by group."""
-
-    #: (g, f): gate of the groups.
-    group_gate: Single
-    #: (g, k / g, f): gates of the experts.
-    gate: Single
-    #: (g, o k / g, f + o): matrices that map features and scores to factor^-1 (x - mean).
-    white: Single
-    #: (g, k / g): logarithms of the densities of experts at their means.
-    constant: Single
-
-
-def _single_coefficients(fitted: Experts) -> _Coefficients:
+def _single_coefficients(fitted: Experts) -> Coefficients:
     groups, features = fitted.group_gate.shape
     outcomes, width = fitted.outcomes, features + fitted.outcomes
     inverse = np.linalg.inv(fitted.factor)
@@ -277,40 +228,12 @@ def _single_coefficients(fitted: Experts) -> _Coefficients:
     white = linear.reshape(groups, -1, outcomes, width).swapaxes(1, 2).reshape(groups, -1, width)
     diagonal = np.einsum("kii->ki", fitted.factor)
     constant = -np.sum(np.log(diagonal), axis=1) - 0.5 * outcomes * math.log(2.0 * math.pi)
-    return _Coefficients(
+    return Coefficients(
         fitted.group_gate.astype(np.float32),
         fitted.gate.reshape(groups, -1, features).astype(np.float32),
         white.astype(np.float32),
         constant.reshape(groups, -1).astype(np.float32),
     )
-
-
-class _Group(NamedTuple):
-    """Experts of a group, in the m rebounds of a block in which the group is computed."""
-
-    #: (m,): numbers of these rebounds in the block.
-    rows: NDArray[np.int64]
-    #: (m, f + o)
-    vectors: Single
-    #: (k / g, m): probabilities of the experts, and their shares in the group.
-    expert: Single
-    share: Single
-    #: (m,): logarithms of the densities of the group.
-    log_density: Single
-
-
-def _evaluate_group(
-    coefficients: _Coefficients, number: int, block: Single, near: NDArray[np.bool_]
-) -> _Group:
-    """Compute a group in those rebounds of a block in which it is near, (n,)."""
-    gate, constant = coefficients.gate[number], coefficients.constant[number]
-    rows = np.flatnonzero(near)
-    vectors = block[rows]
-    expert = gate @ vectors[:, : gate.shape[1]].T
-    softmax(expert)
-    share = np.empty_like(expert)
-    write_log_densities(coefficients.white[number] @ vectors.T, constant, share)
-    return _Group(rows, vectors, expert, share, find_shares(share, expert))
 
 
 def expectation(fitted: Experts, vectors: Single, near: NDArray[np.bool_], curved: int = 0) -> Sums:
@@ -331,53 +254,20 @@ def expectation(fitted: Experts, vectors: Single, near: NDArray[np.bool_], curve
     Sums
     """
     (groups, features), count, width = fitted.group_gate.shape, len(fitted.gate), vectors.shape[1]
+    starts = range(0, len(vectors), _BLOCK)
+    blocks = [(start, min(start + _BLOCK, len(vectors))) for start in starts]
     sums = Sums(
         near.copy(),
         np.zeros((count, width, width)),
-        np.zeros_like(fitted.group_gate),
-        np.zeros_like(fitted.gate),
+        np.zeros((groups, features)),
+        np.zeros((count, features)),
         np.zeros((groups, features, features)),
         np.zeros((count, features, features)),
+        min(math.ceil(curved / _BLOCK) * _BLOCK, len(vectors)),
     )
     coefficients = _single_coefficients(fitted)
-    for rows in _slices(vectors):
-        _add_block(coefficients, vectors[rows], sums.near[:, rows], rows.start < curved, sums)
-    return sums
-
-
-def _add_block(
-    coefficients: _Coefficients,
-    block: Single,
-    near: NDArray[np.bool_],
-    is_curved: bool,
-    sums: Sums,
-) -> None:
-    """Add the rebounds of a block to sums, and forget the groups that have no share in them."""
-    groups, each, features = coefficients.gate.shape
-    parts = [_evaluate_group(coefficients, g, block, near[g]) for g in range(groups)]
-    phi = np.ascontiguousarray(block[:, :features])
-    probability = coefficients.group_gate @ phi.T
-    softmax(probability)
-    share = np.full_like(probability, _LEFT_OUT)
-    for g, part in enumerate(parts):
-        share[g, part.rows] = part.log_density
-    sums.likelihood += float(find_shares(share, probability).sum(dtype=np.float64))
-    near &= share > _LEAST_GROUP_SHARE
-    sums.by_group += (share - probability) @ phi
-    if is_curved:
-        sums.curved += len(block)
-        add_products(probability - probability**2, phi, _LEAST_CURVATURE, sums.group_curvature)
-    for g, part in enumerate(parts):
-        experts, group_share = slice(g * each, (g + 1) * each), share[g, part.rows]
-        gradient = np.empty_like(part.share)
-        weigh_shares(part.share, part.expert, group_share, gradient)
-        add_products(part.share, part.vectors, _LEAST_SHARE, sums.products[experts])
-        sums.by_expert[experts] += gradient @ part.vectors[:, :features]
-        if is_curved:
-            curvature = group_share * (part.expert - part.expert**2)
-            add_products(
-                curvature, phi[part.rows], _LEAST_CURVATURE, sums.expert_curvature[experts]
-            )
+    likelihood = sum(add_block(coefficients, vectors, start, stop, sums) for start, stop in blocks)
+    return sums._replace(likelihood=likelihood)
 
 
 def _symmetric(upper: FloatArray) -> FloatArray:
