@@ -100,9 +100,9 @@ def generate(
     """Make a table for a material pair or scene (a name, or the path of a .toml file).
 
     First the command says which particles are simulated, and estimates the cost: nodes, and minutes
-    of one processor. It extrapolates the minutes from one node. If other programs use the
-    processor, the estimate may be off by half. Progress bars show the remaining time of each stage,
-    and where the error is largest. With --quiet, the command says none of this.
+    of one processor. It extrapolates the minutes from three nodes. The real cost is usually within
+    30 %, unless other programs use the processor. Progress bars show the remaining time of each
+    stage, and where the error is largest. With --quiet, the command says none of this.
 
     The command adds nodes where the table differs from direct simulation by more than the accuracy
     that the configuration declares. It keeps finished pieces in T.h5.parts until the table is

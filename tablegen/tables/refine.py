@@ -161,8 +161,8 @@ def refine_grid(plan: Plan, cache: NodeCache) -> RefinedGrid:
 def _cells_to_classify(grid: Grid, errors: Mapping[Place, float]) -> list[Place]:
     """Choose the cells in which all metrics are measured, after the cheap ones.
 
-    The classifier takes 25 times as long as the cheap metrics. So it is asked where they hold, in
-    the worst cell between each two angles: the joint law changes little from speed to speed.
+    The classifier takes 4 to 40 times as long as the cheap metrics. So it is asked where they hold,
+    in the worst cell between each two angles: the joint law changes little from speed to speed.
     """
     cells = dict[Interval, Place]()
     for place in sorted(errors, key=lambda place: errors[place]):

@@ -28,7 +28,7 @@ from sampler.table import Table
 from tablegen.accuracy.accuracy_text import validation_notes, verdict_lines
 from tablegen.accuracy.validate import validate
 from tablegen.config.config import load_config, load_population
-from tablegen.config.metric_table import METRICS
+from tablegen.config.metric_table import CHAINS, METRICS, SPIN
 from tablegen.tables.assembly import store_accuracy
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
@@ -170,6 +170,8 @@ class TestSpinLaw:
         # later hits need any angle, so the law is followed through chains whatever its nodes are
         assert (plain.own, plain.hits) == ([], [])
         assert result.hits
+        judged = {number.name for number in result.numbers}
+        assert {SPIN + name for name in (*METRICS, *CHAINS)} <= judged
         assert result.comparisons == plain.comparisons
         # stored beside the other accuracy, and kept where nothing of it is measured again
         store_accuracy(path, result)
