@@ -85,9 +85,12 @@ def test_no_share_is_subnormal():
     for logits in (group, *expert):
         softmax(logits)
         assert logits.min() > 2.0**-35
-    shares = shares_by_kernels(
-        RNG.normal(0.0, 300.0, (n, groups, each)), group.T, expert.transpose(2, 0, 1)
-    )
+    log_density = RNG.normal(0.0, 300.0, (n, groups, each))
+    # products of shares in a group and of shares of groups are not subnormal either
+    inner = single(log_density[:, 0].T)
+    find_shares(inner, expert[0])
+    assert ((inner == 0.0) | (inner >= 2.0**-60)).all()
+    shares = shares_by_kernels(log_density, group.T, expert.transpose(2, 0, 1))
     np.testing.assert_allclose(shares[0].sum(axis=(1, 2)), 1.0, rtol=1e-5)
     assert ((shares[0] == 0.0) | (shares[0] >= 2.0**-60)).all()
     for numbers in shares:
@@ -123,6 +126,10 @@ def test_groups_without_a_share_need_not_be_computed():
         a, b = getattr(part, name), getattr(whole, name)
         np.testing.assert_allclose(a, b, atol=1e-5 * np.abs(b).max())
     assert 1500 <= part.curved < 3000
+    first = vectors[: part.curved]
+    begun = expectation(fitted, first, np.ones((3, len(first)), dtype=bool), curved=len(first))
+    for name in ("group_curvature", "expert_curvature"):
+        np.testing.assert_allclose(getattr(whole, name), getattr(begun, name), rtol=1e-6, atol=1e-6)
     # with other groups instead, the likelihood is far lower
     wrong = expectation(fitted, vectors, np.roll(whole.near, 1, axis=0))
     assert wrong.likelihood < whole.likelihood - 1000.0 * len(vectors)
