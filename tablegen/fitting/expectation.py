@@ -66,31 +66,51 @@ def exponential(x: np.float32, least: np.float32) -> np.float32:
 
 
 @kernel
+def _largest(values: Single) -> Single:
+    """Find the largest of k values, (k, n), in each rebound."""
+    top = values[0].copy()
+    for k in range(1, values.shape[0]):
+        row = values[k]
+        for i in range(top.size):
+            top[i] = max(top[i], row[i])
+    return top
+
+
+@kernel
+def _normalise(weight: Single, top: Single) -> Single:
+    """Divide the weights of k choices, (k, n), by their sums, in place.
+
+    Quotients that would multiply to subnormal numbers become 0. Returns the logarithms of the sums,
+    plus ``top``.
+    """
+    total, log_total = np.zeros_like(top), np.empty_like(top)
+    for k in range(weight.shape[0]):
+        row = weight[k]
+        for i in range(top.size):
+            total[i] += row[i]
+    for i in range(top.size):
+        log_total[i] = top[i] + np.log(total[i])
+        total[i] = _ONE / total[i]
+    for k in range(weight.shape[0]):
+        row = weight[k]
+        for i in range(top.size):
+            value = row[i] * total[i]
+            row[i] = value if value > _LEAST_SHARE else _ZERO
+    return log_total
+
+
+@kernel
 def softmax(logits: Single) -> Single:
     """Turn the logits of k choices, (k, n), into probabilities, in place.
 
     Returns the logarithms, (n,), of the sums of the exponentials of the logits.
     """
-    count = logits.shape[1]
-    top, total = np.empty(count, np.float32), np.zeros(count, np.float32)
-    top[:] = logits[0]
-    for k in range(1, logits.shape[0]):
-        row = logits[k]
-        for i in range(count):
-            top[i] = max(top[i], row[i])
+    top = _largest(logits)
     for k in range(logits.shape[0]):
         row = logits[k]
-        for i in range(count):
+        for i in range(top.size):
             row[i] = exponential(row[i] - top[i], _LEAST_GATE)
-            total[i] += row[i]
-    for i in range(count):
-        top[i] += np.log(total[i])
-        total[i] = _ONE / total[i]
-    for k in range(logits.shape[0]):
-        row = logits[k]
-        for i in range(count):
-            row[i] *= total[i]
-    return top
+    return _normalise(logits, top)
 
 
 @kernel
@@ -131,27 +151,12 @@ def find_shares(log_density: Single, probability: Single) -> Single:
     (n,) float32
         Logarithm of the density of all choices together.
     """
-    count = log_density.shape[1]
-    top, total = np.empty(count, np.float32), np.zeros(count, np.float32)
-    top[:] = log_density[0]
-    for k in range(1, log_density.shape[0]):
-        share = log_density[k]
-        for i in range(count):
-            top[i] = max(top[i], share[i])
+    top = _largest(log_density)
     for k in range(log_density.shape[0]):
         share, prior = log_density[k], probability[k]
-        for i in range(count):
+        for i in range(top.size):
             share[i] = exponential(share[i] - top[i], _LEAST_POWER) * prior[i]
-            total[i] += share[i]
-    for i in range(count):
-        top[i] += np.log(total[i])
-        total[i] = _ONE / total[i]
-    for k in range(log_density.shape[0]):
-        share = log_density[k]
-        for i in range(count):
-            value = share[i] * total[i]
-            share[i] = value if value > _LEAST_SHARE else _ZERO
-    return top
+    return _normalise(log_density, top)
 
 
 @kernel

@@ -55,11 +55,15 @@ def interpolation_errors(
         return _compare(config, table, condition, states, names)
     states = sample_size(config.accuracy, SMALLEST_CHEAP_SAMPLES)
     errors = _compare(config, table, condition, math.ceil(_FIRST_SHARE * states), names)
-    largest = {name: float(np.max(values)) for name, values in errors.items()}
-    share, _ = worst_share(largest, config.accuracy.model_dump())
-    if EDGE_LIMIT < share < _CERTAINLY_BAD:
+    if EDGE_LIMIT < worst_error(errors, config.accuracy)[0] < _CERTAINLY_BAD:
         return _compare(config, table, condition, states, names)
     return errors
+
+
+def worst_error(errors: Arrays, targets: AccuracyTargets) -> tuple[float, str]:
+    """Find the largest error in units of what is allowed, and the name of its metric."""
+    largest = {name: float(np.max(values)) for name, values in errors.items()}
+    return worst_share(largest, targets.model_dump())
 
 
 def _compare(

@@ -13,11 +13,11 @@ import numpy as np
 
 from tablegen.checkpoints import Arrays, Task, TaskRunner
 from tablegen.config.config import Config
-from tablegen.config.metric_table import METRICS, worst_share
+from tablegen.config.metric_table import METRICS
 from tablegen.fitting.node import NodeArrays, fit_node
 from tablegen.fitting.resolution import Resolution
 from tablegen.tables.axes import middle_condition, middles
-from tablegen.tables.interpolation_error import CHEAP, interpolation_errors
+from tablegen.tables.interpolation_error import CHEAP, interpolation_errors, worst_error
 from tablegen.tables.intervals import CENTRE_LIMIT, Grid, Interval, Place, Placement, refine
 from tablegen.tables.plan import Plan
 
@@ -103,7 +103,7 @@ class NodeCache:
         self.runner.note = stage
 
         def share(place: Place) -> float:
-            return self._worst_share(known[place])[0]
+            return worst_error(known[place], self.config.accuracy)[0]
 
         def on_result(key: str, arrays: Arrays) -> None:
             place = owner[key]
@@ -115,15 +115,10 @@ class NodeCache:
         self.runner.run("checking", tasks, on_result)
         return {place: share(place) for place in wanted}
 
-    def _worst_share(self, distances: Arrays) -> tuple[float, str]:
-        """Find the largest distance in units of what is allowed, and the name of its metric."""
-        largest = {name: float(np.max(values)) for name, values in distances.items()}
-        return worst_share(largest, self.config.accuracy.model_dump())
-
     def error_text(self, size: Resolution, place: Place) -> str:
         """Describe where the error in the middle of a place is, by which metric, and how large."""
         distances, targets = self._errors[size, place], self.config.accuracy
-        share, name = self._worst_share(distances)
+        share, name = worst_error(distances, targets)
         alpha_deg, speed = middle_condition(self.config, place)
         value = METRICS[name].text(float(np.max(distances[name])))
         return (
