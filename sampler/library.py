@@ -79,7 +79,7 @@ Rebounds = _record(
         "codes": c_void_p,
         "bad": c_size_t,
         "first_bad": c_size_t,
-        "flagged": c_size_t * 4,
+        "flagged": c_size_t * 8,
     },
 )
 

@@ -117,7 +117,7 @@ def _rebound_arguments(builder: Any, given: list[Any], results: list[Any]) -> li
     velocity, omega, inertia, works = results[0], results[3], results[6], results[7]
     wants_works = builder.icmp_unsigned("==", out_size, _LONG(9))
     works = builder.select(wants_works, works, _NULL)
-    codes, counts = _NULL, [_LONG(0)] * 6
+    codes, counts = _NULL, [_LONG(0)] * 10
     rebounds = _store_record(builder, [velocity, omega, inertia, works, codes, *counts])
     return [handle, _LONG(1), _store_record(builder, impacts), seed, rebounds]
 

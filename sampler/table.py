@@ -541,7 +541,7 @@ class Table:
         -------
         float64 array, shape (..., 3)
             Shape code, b/a and c/b. The shape codes are those of `sampler.formats.shape_codes`;
-            6 + k is mesh number k of the population.
+            64 + k is mesh number k of the population.
 
         Raises
         ------

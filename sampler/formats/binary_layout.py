@@ -22,6 +22,7 @@ from sampler.formats.bounds import (
     PAIR_BYTES,
 )
 from sampler.formats.channels import MOST_NAMES
+from sampler.formats.shape_codes import FIRST_MESH
 
 #: Begins every file; its line ends show a transfer as text, its first byte one of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
@@ -114,7 +115,7 @@ ARRAYS = (
             "steps of the quantiles at the four nodes of a cell"),
     ),
     *_arrays_with("n_shapes",
-        ("shape_codes", "<i4", ("n_shapes",), "shapes, from 6 on meshes"),
+        ("shape_codes", "<i4", ("n_shapes",), f"shapes, from {FIRST_MESH} on meshes"),
         ("shape_shares", "<f8", ("n_shapes",), "running sum of their shares"),
         ("shape_ratios", "<f8", ("n_shapes", 2),
             "b/a and c/b of all their grains; 0: they are drawn"),

@@ -33,6 +33,7 @@ from sampler.formats.channels import (
     VARIABLES,
 )
 from sampler.formats.format_page import filled
+from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from sampler.version import __version__
 
 _WIDTH = 98
@@ -55,6 +56,9 @@ def public_constants() -> str:
     lines.append(
         f"#define RBT_OUTSIDE {OUTSIDE} /* RBT_ANGLE, RBT_SPEED or RBT_SPIN: outside the table */"
     )
+    lines.append("/* codes of shapes */")
+    shapes = [f"RBT_{name}" for name in _shapes()]
+    lines += _enumeration([*shapes, f"RBT_FIRST_MESH\0=\0{FIRST_MESH}"])
     lines.append("/* variables of a state, in this order */")
     lines += _enumeration([*variables, "RBT_VALUES"])
     lines.append("/* channels, in which these are stored */")
@@ -63,8 +67,14 @@ def public_constants() -> str:
     return "\n".join(lines) + "\n"
 
 
+def _shapes() -> dict[str, int]:
+    """Give the codes of shapes by their names in C and Fortran."""
+    return {name.upper().replace("-", "_"): code for name, code in SHAPE_CODES.items()}
+
+
 def _enumeration(names: list[str]) -> list[str]:
-    return textwrap.wrap(f"enum {{ {', '.join(names)} }};", _WIDTH, subsequent_indent=" " * 7)
+    lines = textwrap.wrap(f"enum {{ {', '.join(names)} }};", _WIDTH, subsequent_indent=" " * 7)
+    return [line.replace("\0", " ") for line in lines]
 
 
 def _c_number(number: int) -> str:
@@ -223,6 +233,7 @@ def code_texts() -> str:
 def fortran_constants() -> str:
     """Write the codes, and the places of the variables in a state, in Fortran."""
     codes = {code.name: code.number for code in CODES} | {"OUTSIDE": OUTSIDE}
+    codes |= _shapes() | {"FIRST_MESH": FIRST_MESH}
     places = {name.upper(): k for k, name in enumerate(VARIABLES, 1)} | {"VALUES": len(VARIABLES)}
     return _parameters("integer(c_int)", codes) + _parameters("integer", places)
 

@@ -169,7 +169,8 @@ SPIN_DATASETS = (
         (checks.within(LEAST_RATIO, 1.0), checks.non_decreasing)),
     Dataset("spin/shape_inertia", "<f8", ("n_shapes", 2), "1",
         "coefficients g1, g3: moments of inertia over m a^2 of a grain with beta = b/a, "
-        "gamma = c/b, largest g1 (1 + beta^2), smallest g3 beta^2 (1 + gamma^2)",
+        "gamma = c/b, largest g1 (1 + beta^2), smallest g3 beta^2 (1 + gamma^2); so the moments of "
+        "a shape that is drawn with several ratios must be q (b^2 + c^2), as no cylinder's are",
         (checks.within(*INERTIA_COEFFICIENT),)),
     Dataset(OPTIONAL_DATASET, "<f8", ("n_shapes", 4), "1",
         "volume over a b c; mean moment of inertia over m (a^2 + b^2 + c^2); s, t of the surface "

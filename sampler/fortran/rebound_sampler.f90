@@ -42,7 +42,9 @@ module rebound_sampler
       RBT_ERR_NOT_OPENED = -20, RBT_ERR_NOT_READ = -21, RBT_ERR_NO_MEMORY = -22, &
       RBT_ERR_BIG_ENDIAN = -23, RBT_ERR_FORMAT = -24, RBT_ERR_VERSION = -25, RBT_ERR_SIZE = -26, &
       RBT_ERR_CHECKSUM = -27, RBT_ERR_DIMENSIONS = -28, RBT_ERR_NAMES = -29, &
-      RBT_ERR_OFFSETS = -30, RBT_ERR_INDICES = -31, RBT_OUTSIDE = 7
+      RBT_ERR_OFFSETS = -30, RBT_ERR_INDICES = -31, RBT_OUTSIDE = 7, RBT_ELLIPSOID = 0, &
+      RBT_PRISM = 1, RBT_TRUNCATED_PRISM = 2, RBT_TETRAHEDRON = 3, RBT_SPHERE = 4, &
+      RBT_FIRST_MESH = 64
   integer, parameter, public :: &
       RBT_U = 1, RBT_V = 2, RBT_W = 3, RBT_OMEGA_X = 4, RBT_OMEGA_Y = 5, RBT_OMEGA_Z = 6, &
       RBT_ROTATIONAL_ENERGY = 7, RBT_COLLISIONS = 8, RBT_WORK_NORMAL = 9, RBT_WORK_SHEAR = 10, &
@@ -76,7 +78,7 @@ module rebound_sampler
   type, bind(c) :: c_rebounds
     type(c_ptr) :: velocity = c_null_ptr, omega = c_null_ptr, inertia = c_null_ptr, &
         works = c_null_ptr, codes = c_null_ptr
-    integer(c_size_t) :: bad = 0, first_bad = 0, flagged(4) = 0
+    integer(c_size_t) :: bad = 0, first_bad = 0, flagged(8) = 0
   end type c_rebounds
 
   ! Rebound one particle, with numbers and vectors, or n particles, with arrays, in the lab frame.
@@ -527,7 +529,7 @@ contains
     real(c_double), intent(inout), contiguous, target, optional :: works(:, :)
     integer(c_int), intent(inout), contiguous, target, optional :: codes(:)
     integer, intent(out), optional :: bad, first_bad  ! rows with an error; first of them, 0: none
-    integer, intent(out), optional :: flagged(4)  ! rows with RBT_ANGLE, _SPEED, _SPIN, _EXTRAPOLATED
+    integer, intent(out), optional :: flagged(8)  ! rows with RBT_ANGLE, _SPEED, _SPIN, _EXTRAPOLATED, ...
     integer(c_int) :: code
     integer :: n
     logical :: agree

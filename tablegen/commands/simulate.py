@@ -27,8 +27,7 @@ _OUTPUT = """
 The output is a file of numpy with these arrays of N rows:
   state       u, v, w over V; omega_x, omega_y, omega_z times a/V
   collisions  number of contacts with the wall
-  shape       0 ellipsoid, 1 prism, 2 truncated-prism, 3 tetrahedron, 4 sphere, 5 mesh
-  mesh        number of the mesh; -1: none
+  shape       0 ellipsoid, 1 prism, 2 truncated-prism, 3 tetrahedron, 4 sphere, 64 + k mesh k
   aspect      b/a and c/b
   energy      translational and rotational energy over the kinetic energy before the impact
   work        energy lost to the normal and to the tangential impulses, over the same energy
@@ -149,7 +148,7 @@ def simulate(
         threads=threads,
         progress=progress,
     )
-    fields = ("state", "collisions", "shape", "mesh", "aspect", "energy", "work", "inertia")
+    fields = ("state", "collisions", "shape", "aspect", "energy", "work", "inertia")
     write_arrays(output, **{name: getattr(result, name) for name in fields}, columns=STATE)
     return DONE
 

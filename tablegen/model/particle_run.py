@@ -30,6 +30,7 @@ from tablegen.model.rebound import (
 from tablegen.model.shapes import (
     FIRST_MESH,
     MAX_VERTICES,
+    N_SHAPES,
     empty_map,
     mesh_body,
     mesh_map,
@@ -38,19 +39,24 @@ from tablegen.model.shapes import (
 
 
 @kernel
-def _sorted_by_shape(kind, codes):
-    """Sort the particles by shape code; return their indices and where each code starts."""
-    starts = np.zeros(codes + 1, dtype=np.int64)
+def _sorted_by_shape(kind, meshes):
+    """Sort the particles by shape; return their indices and where each shape starts.
+
+    Shapes are numbered without a gap: first those with codes of their own, then the meshes.
+    """
+    starts = np.zeros(N_SHAPES + meshes + 1, dtype=np.int64)
+    numbers = np.empty(kind.shape[0], dtype=np.int64)
     for i in range(kind.shape[0]):
-        starts[int(kind[i, 0]) + 1] += 1
-    for code in range(codes):
-        starts[code + 1] += starts[code]
+        code = int(kind[i, 0])
+        numbers[i] = code if code < FIRST_MESH else code - FIRST_MESH + N_SHAPES
+        starts[numbers[i] + 1] += 1
+    for number in range(starts.size - 1):
+        starts[number + 1] += starts[number]
     order = np.empty(kind.shape[0], dtype=np.int64)
     place = starts.copy()
     for i in range(kind.shape[0]):
-        code = int(kind[i, 0])
-        order[place[code]] = i
-        place[code] += 1
+        order[place[numbers[i]]] = i
+        place[numbers[i]] += 1
     return order, starts
 
 
@@ -98,12 +104,12 @@ def simulate_batch(law, population, conditions, keys, state, collisions, kind, e
     """
     axes = np.empty((state.shape[0], 6))
     draw_particles(population, conditions, keys, axes, kind)
-    codes = FIRST_MESH + population.meshes.resolutions.size
-    order, starts = _sorted_by_shape(kind, codes)
+    order, starts = _sorted_by_shape(kind, population.meshes.resolutions.size)
     slots, no_map = make_slots(max(MAX_VERTICES, population.meshes.longest)), empty_map()
     drawn, outcome = (axes, kind), (state, collisions, energy, inertia)
-    for code in range(codes):
-        members = order[starts[code] : starts[code + 1]]
+    for number in range(starts.size - 1):
+        code = number if number < N_SHAPES else number - N_SHAPES + FIRST_MESH
+        members = order[starts[number] : starts[number + 1]]
         unfinished = follow_particles(
             law, population, conditions, drawn, code, no_map, members, slots, outcome
         )

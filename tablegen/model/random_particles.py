@@ -28,7 +28,7 @@ from tablegen.model.random_numbers import (
     uniform,
 )
 from tablegen.model.rotation import set_orientation
-from tablegen.model.shapes import FIRST_MESH, MESH, SPHERE, inertia
+from tablegen.model.shapes import FIRST_MESH, N_SHAPES, SPHERE, inertia
 from tablegen.model.simd import (
     WIDTH,
     any_lane,
@@ -136,7 +136,7 @@ def _grain_fits(population, shape, b_over_a, c_over_b):
     """Tell whether a shape code and ratios describe a grain; a mesh has its own half-sizes."""
     if FIRST_MESH <= shape < FIRST_MESH + population.meshes.resolutions.size:
         return shape == math.floor(shape)
-    known = 0.0 <= shape < FIRST_MESH and shape != MESH and shape == math.floor(shape)
+    known = 0.0 <= shape < N_SHAPES and shape == math.floor(shape)
     ratios = _LEAST <= b_over_a <= _MOST and _LEAST <= c_over_b <= _MOST
     return known and ratios and (shape != SPHERE or (b_over_a == 1.0 and c_over_b == 1.0))
 

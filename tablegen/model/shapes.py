@@ -36,7 +36,10 @@ from tablegen.model.simd import extract, fma, load, maximum, sqrt, store, store_
 
 ELLIPSOID, PRISM = SHAPE_CODES["ellipsoid"], SHAPE_CODES["prism"]
 TRUNCATED_PRISM, TETRAHEDRON = SHAPE_CODES["truncated-prism"], SHAPE_CODES["tetrahedron"]
-SPHERE, MESH = SHAPE_CODES["sphere"], SHAPE_CODES["mesh"]
+SPHERE = SHAPE_CODES["sphere"]
+
+#: Number of shapes that have a code of their own; meshes come after them.
+N_SHAPES = len(SHAPE_CODES)
 
 #: Most vertices that a shape other than a mesh has.
 MAX_VERTICES = 24

@@ -328,7 +328,7 @@ class DirectModel:
         Returns
         -------
         float64 array, shape (..., 3)
-            Shape code, b/a and c/b. The shape codes are those of `tablegen.Simulation`, and 6 + k
+            Shape code, b/a and c/b. The shape codes are those of `tablegen.Simulation`: 64 + k
             for mesh number k of the population.
 
         Examples

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from sampler.arguments import as_integer
 from sampler.errors import InputError
-from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from sampler.library import processors
 from tablegen.config.config import Config
 from tablegen.config.pairs import MaterialPair
@@ -51,9 +50,8 @@ class Simulation:
     collisions : int64 array, shape (n,)
         Number of collisions of each rebound.
     shape : int64 array, shape (n,)
-        Shape codes: 0 ellipsoid, 1 prism, 2 truncated prism, 3 tetrahedron, 4 sphere, 5 mesh.
-    mesh : int64 array, shape (n,)
-        Number of the mesh in the population, from 0; -1 for other shapes.
+        Shape codes: 0 ellipsoid, 1 prism, 2 truncated prism, 3 tetrahedron, 4 sphere;
+        64 + k is mesh number k of the population.
     aspect : float64 array, shape (n, 2)
         The ratios b / a and c / b.
     energy : float64 array, shape (n, 2)
@@ -71,7 +69,6 @@ class Simulation:
     state: NDArray[np.float64]
     collisions: NDArray[np.int64]
     shape: NDArray[np.int64]
-    mesh: NDArray[np.int64]
     aspect: NDArray[np.float64]
     energy: NDArray[np.float64]
     work: NDArray[np.float64]
@@ -89,12 +86,10 @@ class Simulation:
         audit: FloatArray,
     ) -> "Simulation":
         """Make the record of the arrays that the kernels wrote."""
-        code = kind[:, 0].astype(np.int64)
         return cls(
             state=state,
             collisions=collisions,
-            shape=np.minimum(code, SHAPE_CODES["mesh"]),
-            mesh=np.maximum(code - FIRST_MESH, -1),
+            shape=kind[:, 0].astype(np.int64),
             aspect=kind[:, 1:],
             energy=energies[:, :2],
             work=energies[:, 2:],

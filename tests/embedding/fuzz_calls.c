@@ -108,7 +108,7 @@ static int has_works(const rbt_table *table)
 typedef struct tally {
     size_t drawn, refused, first;
     int flags, error;
-    size_t kinds[4];
+    size_t kinds[8];
 } tally;
 
 static void count(tally *t, int code, size_t row)

@@ -100,7 +100,7 @@ def rebound(library, table, arrays, law, rows=slice(None), isotropic=0):
     codes = after.pop("codes")
     bad = np.flatnonzero(codes < 0)
     assert (report.bad, report.first_bad) == (bad.size, bad[0] if bad.size else n)
-    flagged = [(codes[codes > 0] & flag > 0).sum() for flag in (1, 2, 4, 8)]
+    flagged = [(codes[codes > 0] & flag > 0).sum() for flag in 1 << np.arange(8)]
     assert list(report.flagged) == flagged
     return code, codes, np.hstack([*after.values()])
 

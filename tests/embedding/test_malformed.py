@@ -19,7 +19,7 @@ from sampler.formats.image import checksum, header_of, table_image
 #: A good image of each kind of table: two shapes, the second a mesh, and tables among the laws.
 GOOD = {
     "nodes": table_image(make_contents()),
-    "spin": table_image(with_spin_law(make_contents(), codes=(1, 6))),
+    "spin": table_image(with_spin_law(make_contents(), codes=(1, 64))),
     "spheres": table_image(read_table(find_table("kharaz-2001"))),
 }
 STORED = {array.name: array for array in ARRAYS}

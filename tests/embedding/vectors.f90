@@ -77,7 +77,7 @@ contains
     real(c_double) :: after(7), rows(7, 2), tolerance
     real(c_double), allocatable :: omega(:), omegas(:, :), k_before, ks_before(:), roughness, tilts(:)
     integer(c_int) :: codes(4)
-    integer :: bad, first, flagged(4), k
+    integer :: bad, first, flagged(8), k
 
     if (spins) omega = spin  ! else absent
     if (spins) omegas = spread(spin, 2, 2)
@@ -98,7 +98,7 @@ contains
     ! of atan2, cos and sin of the C library, whose last digit may turn that of a feature of a spin draw
     tolerance = merge(1.0e-5_c_double, merge(1.0e-12_c_double, 1.0e-13_c_double, rough), spins)
     holds = all(codes == code) .and. bad == merge(2, 0, code < 0) .and. &
-        first == merge(1, 0, code < 0) .and. all(flagged == [(2 * ibits(max(code, 0), k, 1), k=0, 3)])
+        first == merge(1, 0, code < 0) .and. all(flagged == [(2 * ibits(max(code, 0), k, 1), k=0, 7)])
     if (code == RBT_ERR_NOT_APPROACHING) then  ! what was before; a spin may be none
       holds = holds .and. all(abs(after(:3) - given(:3)) <= 0) .and. &
           all(abs(rows(:3, 2) - given(:3)) <= 0)

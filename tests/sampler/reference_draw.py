@@ -125,7 +125,7 @@ def reference_grain(contents, seed, index, hit=0):
     for k in range(2):
         mean, deviation, low, high = contents["spin/aspect"][k]
         drawn = mean + deviation * ndtri(low + u[k] * (high - low)) if deviation else mean
-        own = code == 4 or code >= 6  # a sphere, a mesh
+        own = code == 4 or code >= 64  # a sphere, a mesh
         bounded = min(max(drawn, 0.001), 1.0)
         ratios.append(contents["spin/ratio_range"][row, k, 0] if own else bounded)
     return code, *ratios

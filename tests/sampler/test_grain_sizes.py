@@ -11,6 +11,7 @@ from sized_tables import CUT, RATIOS, sized_contents, without_geometry
 
 import sampler
 from sampler.formats.hdf5 import read_table, write_table
+from sampler.formats.shape_codes import FIRST_MESH
 from tablegen.model.shapes import inertia, place_vertices
 
 D = 50e-6
@@ -59,7 +60,7 @@ def test_a_shape_has_the_volume_surface_and_inertia_of_its_hull(sized, shape):
     ],
 )
 def test_a_mesh_has_its_own_size(sized, mesh, half_size, moment, sphericity, within):
-    grain = grain_of(6 + mesh)
+    grain = grain_of(FIRST_MESH + mesh)
     assert sampler.half_size(sized, 1.0, grain) == pytest.approx(half_size, rel=within)
     assert sampler.inertia(sized, grain) == pytest.approx(moment, rel=max(within, 1e-12))
     assert sampler.sphericity(sized, grain) == pytest.approx(sphericity, rel=within)
@@ -67,7 +68,7 @@ def test_a_mesh_has_its_own_size(sized, mesh, half_size, moment, sphericity, wit
 
 def test_a_mesh_of_a_box_is_the_prism(sized):
     """The cube of the meshes and a prism of the same ratios."""
-    mesh, prism = grain_of(7), (1, 1.0, 1.0)
+    mesh, prism = grain_of(FIRST_MESH + 1), (1, 1.0, 1.0)
     shipped = sampler.load("corundum-steel-compact")
     for size in (sampler.inertia, sampler.sphericity):
         assert size(sized, mesh) == pytest.approx(size(shipped, prism), rel=1e-12)
@@ -80,7 +81,13 @@ def test_rows_and_what_is_no_grain(sized):
     np.testing.assert_allclose(half_sizes, [0.62, 0.50, 0.51, 0.73], atol=0.005)
     each = sampler.half_size(shipped, [1.0, 2.0, 1.0, 1.0], grains)
     np.testing.assert_array_equal(each, half_sizes * [1.0, 2.0, 1.0, 1.0])
-    for grain in ((6, 0.8, 0.8), (0, 1.1, 0.8), (1, 0.0, 0.8), (0, np.nan, 0.8), (0.8, 0.8)):
+    for grain in (
+        (FIRST_MESH, 0.8, 0.8),
+        (0, 1.1, 0.8),
+        (1, 0.0, 0.8),
+        (0, np.nan, 0.8),
+        (0.8, 0.8),
+    ):
         refused("grain", sampler.sphericity, shipped, grain)
     refused("diameter", sampler.half_size, shipped, -1.0, (1, 0.8, 0.8))
     with pytest.raises(sampler.InputError, match=r"^grain: got 9, 1, 1 at index 1"):
@@ -127,7 +134,7 @@ def test_a_file_without_geometry_is_of_version_3_0(tmp_path):
     known = [sampler.half_size(t, D, (1, *RATIOS)) for t in tables]
     assert known[0] == known[1]
     for call, argument in (
-        (lambda: sampler.half_size(tables[1], D, grain_of(6)), "grain"),
+        (lambda: sampler.half_size(tables[1], D, grain_of(FIRST_MESH)), "grain"),
         (lambda: tables[1].mean_half_size(D), "mean_half_size"),
     ):
         with pytest.raises(sampler.InputError, match=f"^{argument}: .*3.0.*make it again"):

@@ -26,7 +26,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
 
 CONTENTS, WITH_WORKS = with_spin_law(make_contents()), with_spin_law(works())
 #: A shape that nobody in the population has, and a mesh.
-UNUSED = with_spin_law(make_contents(), codes=(0, 3, 6))
+UNUSED = with_spin_law(make_contents(), codes=(0, 3, 64))
 UNUSED["spin/shape_weights"][:] = 0.25, 0.0, 0.75
 N = 300
 INDEX, HITS = np.arange(N) % 40, np.arange(N) // 40

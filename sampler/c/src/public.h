@@ -142,6 +142,9 @@ extern "C" {
 #define RBT_ERR_OFFSETS (-30)
 #define RBT_ERR_INDICES (-31)
 #define RBT_OUTSIDE 7 /* RBT_ANGLE, RBT_SPEED or RBT_SPIN: outside the table */
+/* codes of shapes */
+enum { RBT_ELLIPSOID, RBT_PRISM, RBT_TRUNCATED_PRISM, RBT_TETRAHEDRON, RBT_SPHERE,
+       RBT_FIRST_MESH = 64 };
 /* variables of a state, in this order */
 enum { RBT_U, RBT_V, RBT_W, RBT_OMEGA_X, RBT_OMEGA_Y, RBT_OMEGA_Z, RBT_ROTATIONAL_ENERGY,
        RBT_COLLISIONS, RBT_WORK_NORMAL, RBT_WORK_SHEAR, RBT_VALUES };
@@ -233,8 +236,8 @@ RBT_API RBT_DEVICE const char *rbt_pair(const rbt_table *table);
 
    Grain: a particle keeps its grain, which is a function of (seed, index), at every wall. With `fresh` it
    is another grain at each hit, a function of (seed, index, hit). To prescribe grains, pass `grain`: for
-   each particle the code of a shape (0 ellipsoid, 1 prism, 2 truncated prism, 3 tetrahedron, 4 sphere,
-   from 6 on meshes), b/a, and c/b.
+   each particle the code of a shape (RBT_ELLIPSOID ... RBT_SPHERE; mesh k of the population is
+   RBT_FIRST_MESH + k), b/a, and c/b.
 
    Rotation: a grain in free flight tumbles, while its angular momentum L and its rotational energy T
    stay. A particle carries two quantities. One is the mean angular velocity Omega = (2 T / |L|^2) L,
@@ -301,7 +304,8 @@ typedef struct rbt_rebounds {
     int *codes;        /* Codes of the rows, n. */
     size_t bad;        /* Written: number of rows with an error. */
     size_t first_bad;  /* Written: the first row with an error; n if there is none. */
-    size_t flagged[4]; /* Written: numbers of rows with RBT_ANGLE, RBT_SPEED, RBT_SPIN, RBT_EXTRAPOLATED. */
+    size_t flagged[8]; /* Written: flagged[k], the number of rows with the flag 1 << k: RBT_ANGLE, RBT_SPEED,
+                          RBT_SPIN, RBT_EXTRAPOLATED, and none yet. */
 } rbt_rebounds;
 
 /* Rebound n particles. At exactly normal impact the direction along the wall is uniform.

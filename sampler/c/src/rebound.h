@@ -185,7 +185,7 @@ RBTI_INLINE RBT_DEVICE void rbti_count_row(int code, size_t row, rbt_rebounds *o
 {
     if (code < RBT_OK && out->bad++ == 0)
         out->first_bad = row;
-    for (int k = 0; k < 4 && code > RBT_OK; k++)
+    for (int k = 0; k < 8 && code > RBT_OK; k++)
         out->flagged[k] += (size_t)(code >> k & 1);
     if (out->codes)
         out->codes[row] = code;

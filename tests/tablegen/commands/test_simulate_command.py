@@ -8,6 +8,7 @@ from command_line import DONE, SIMULATE, flags
 from mesh_fixtures import POPULATION, grain, rebounds, surface, two_cubes
 
 from sampler.formats.channels import STATE
+from sampler.formats.shape_codes import FIRST_MESH
 from tablegen.config.config import load_config
 from tablegen.config.mesh import read_mesh
 from tablegen.simulation.simulate import make_condition, simulate_condition
@@ -28,7 +29,7 @@ def simulated(run, tmp_path):
 
 def test_fields(simulated):
     result = simulated()
-    fields = ["state", "collisions", "shape", "mesh", "aspect", "energy", "work", "inertia"]
+    fields = ["state", "collisions", "shape", "aspect", "energy", "work", "inertia"]
     assert result.files == [*fields, "columns"]
     assert tuple(result.columns) == STATE
     for name, shape, kind in (
@@ -42,7 +43,6 @@ def test_fields(simulated):
     ):
         values = getattr(result, name)
         assert (values.shape, values.dtype) == (shape, np.dtype(kind))
-    assert set(result.mesh) == {-1}
     speed2 = (result.state[:, :3] ** 2).sum(axis=1)
     np.testing.assert_allclose(result.energy[:, 0], speed2, rtol=1e-12)
     np.testing.assert_allclose(
@@ -83,7 +83,7 @@ def test_a_mesh_is_simulated(simulated, tmp_path):
         assert note in result.err
         assert ("convex hull" in note) == ("convex hull" in result.err)
         assert "particles: 100 % mesh.stl" in result.err
-        assert set(result.shape) == {5}
+        assert set(result.shape) == {FIRST_MESH}
         expected = rebounds(POPULATION.with_mesh(read_mesh(path)), 300, seed=1)
         np.testing.assert_array_equal(result.state, expected.state)
 

@@ -188,7 +188,7 @@ class TestConfig:
     def test_meshes_and_spheres_need_no_ratios(self):
         config = self.meshes_alone()
         assert config.population.kernel_arguments().shape_codes.tolist() == [FIRST_MESH]
-        assert set(tablegen.simulate(config, 0.7, 200.0, 20, seed=1).shape) == {5}
+        assert set(tablegen.simulate(config, 0.7, 200.0, 20, seed=1).shape) == {FIRST_MESH}
         refused("aspect", config.population.restricted_to("prism").kernel_arguments)
         config = self.meshes_alone(sphere=1.0)
         assert config.population.kernel_arguments().shape_codes.tolist() == [4, FIRST_MESH]

@@ -39,7 +39,7 @@ PAIR, POPULATION = CONFIG.pair, CONFIG.population
 LAW = PAIR.kernel_arguments()
 TRUNCATION = POPULATION.truncation
 
-SHAPES = {name: code for name, code in SHAPE_CODES.items() if name != "mesh"}
+SHAPES = SHAPE_CODES
 NON_SPHERICAL = tuple(name for name in SHAPES if name != "sphere")
 #: Violations of the laws that rounding and the flights may give.
 ALLOWED = np.zeros(AUDIT_SIZE)

@@ -68,9 +68,8 @@ class TestAgainstSimulate:
         states = CROWDED.sample(0.5, 170.0, spin=SPIN, grain="fresh", **keys)
         np.testing.assert_array_equal(states, simulation.state)
         # the same grains given
-        np.testing.assert_array_equal(simulation.mesh >= 0, simulation.shape == SHAPE_CODES["mesh"])
-        codes = np.where(simulation.mesh < 0, simulation.shape, FIRST_MESH + simulation.mesh)
-        grains = np.column_stack([codes, simulation.aspect])
+        assert set(simulation.shape) == {*SHAPE_CODES.values(), FIRST_MESH, FIRST_MESH + 1}
+        grains = np.column_stack([simulation.shape, simulation.aspect])
         states = CROWDED.sample(0.5, 170.0, spin=SPIN, grain=grains, **keys)
         np.testing.assert_array_equal(states, simulation.state)
 
