@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from sampler.errors import FLAGS, OK, TableError
 from sampler.formats.image import Image, aligned
+from sampler.formats.records import NUMBER, RECORDS
 
 #: Rows of a slice at most: few enough for Ctrl-C, which comes between slices, to end a run at once.
 SLICE = 2**16
@@ -33,55 +34,18 @@ _LIBRARY_PATH = Path(__file__).with_name("librebound.so")
 _PATH_VARIABLE = "REBOUND_SAMPLER_LIBRARY"
 
 
-def _record(name: str, fields: dict[str, Any]) -> Any:
-    """Make a record of `rebound_sampler.h` from the types of its fields."""
-    return type(name, (ctypes.Structure,), {"_fields_": list(fields.items())})
+def _record(name: str) -> Any:
+    """Make a record of `rebound_sampler.h`."""
+    kinds = {"int": c_int, "size_t": c_size_t}
+    fields = []
+    for field in RECORDS[name]:
+        kind = kinds[field.kind] if field.role == NUMBER else c_void_p
+        is_array = field.role == NUMBER and field.width > 1
+        fields.append((field.name, kind * field.width if is_array else kind))
+    return type(name.capitalize(), (ctypes.Structure,), {"_fields_": fields})
 
 
-Conditions = _record(
-    "Conditions",
-    {
-        "alpha1": c_void_p,
-        "speed": c_void_p,
-        "spin": c_void_p,
-        "inertia": c_void_p,
-        "grain": c_void_p,
-        "index": c_void_p,
-        "hit": c_void_p,
-        "inertia_after": c_void_p,
-        "fresh": c_int,
-    },
-)
-Impacts = _record(
-    "Impacts",
-    {
-        "velocity": c_void_p,
-        "normal": c_void_p,
-        "half_size": c_void_p,
-        "wall_velocity": c_void_p,
-        "omega": c_void_p,
-        "inertia": c_void_p,
-        "roughness": c_void_p,
-        "grain": c_void_p,
-        "index": c_void_p,
-        "hit": c_void_p,
-        "fresh": c_int,
-        "isotropic": c_int,
-    },
-)
-Rebounds = _record(
-    "Rebounds",
-    {
-        "velocity": c_void_p,
-        "omega": c_void_p,
-        "inertia": c_void_p,
-        "works": c_void_p,
-        "codes": c_void_p,
-        "bad": c_size_t,
-        "first_bad": c_size_t,
-        "flagged": c_size_t * 8,
-    },
-)
+Conditions, Impacts, Rebounds = map(_record, ("conditions", "impacts", "rebounds"))
 
 #: Functions of the library: result, then arguments.
 _FUNCTIONS: dict[str, tuple[Any, ...]] = {

@@ -32,6 +32,7 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from sampler.errors import MISSING, InputError
+from sampler.formats.records import NUMBER, RECORDS, REQUIRED, RESULT
 from sampler.library import library
 
 Vector = tuple[float, float, float]
@@ -103,28 +104,34 @@ def _store_record(builder: Any, fields: list[Any]) -> Any:
     return builder.bitcast(cgutils.alloca_once_value(builder, record), _POINTER)
 
 
-def _sample_arguments(builder: Any, given: list[Any], results: list[Any]) -> list[Any]:
+def _record(builder: Any, name: str, values: dict[str, Any]) -> Any:
+    """Store a record of the interface; what is not among the values is NULL or 0."""
+    fields = []
+    for field in RECORDS[name]:
+        size = _LONG if field.kind == "size_t" else ir.IntType(32)
+        kind = ir.ArrayType(size, field.width) if field.role == NUMBER else _POINTER
+        fields.append(values.get(field.name, ir.Constant(kind, None)))
+    return _store_record(builder, fields)
+
+
+def _sample_arguments(builder: Any, given: dict[str, Any], results: list[Any]) -> list[Any]:
     """Make the arguments of ``rbt_sample`` with one row."""
-    handle, *conditions, fresh, seed, _ = given
-    states, inertia_after = results[0], results[10]
-    record = _store_record(builder, [*conditions, inertia_after, fresh])
-    return [handle, _LONG(1), record, seed, states, _NULL]
+    conditions = _record(builder, "conditions", given | {"inertia_after": results[10]})
+    return [given["handle"], _LONG(1), conditions, given["seed"], results[0], _NULL]
 
 
-def _rebound_arguments(builder: Any, given: list[Any], results: list[Any]) -> list[Any]:
+def _rebound_arguments(builder: Any, given: dict[str, Any], results: list[Any]) -> list[Any]:
     """Make the arguments of ``rbt_rebound`` with one row, with works if `out` has nine numbers."""
-    handle, *impacts, seed, out_size = given
-    velocity, omega, inertia, works = results[0], results[3], results[6], results[7]
-    wants_works = builder.icmp_unsigned("==", out_size, _LONG(9))
-    works = builder.select(wants_works, works, _NULL)
-    codes, counts = _NULL, [_LONG(0)] * 10
-    rebounds = _store_record(builder, [velocity, omega, inertia, works, codes, *counts])
-    return [handle, _LONG(1), _store_record(builder, impacts), seed, rebounds]
+    after = {"velocity": results[0], "omega": results[3], "inertia": results[6]}
+    wants_works = builder.icmp_unsigned("==", given["out"], _LONG(9))
+    after["works"] = builder.select(wants_works, results[7], _NULL)
+    records = _record(builder, "impacts", given), _record(builder, "rebounds", after)
+    return [given["handle"], _LONG(1), records[0], given["seed"], records[1]]
 
 
-def _add_result(_: Any, given: list[Any], results: list[Any]) -> list[Any]:
+def _add_result(_: Any, given: dict[str, Any], results: list[Any]) -> list[Any]:
     """Put the address of the numbers that are written behind the given arguments."""
-    return given + results[:1]
+    return [*given.values(), *results[:1]]
 
 
 def _library_function(
@@ -166,8 +173,11 @@ def _library_function(
                 raise TypingError(str(InputError(name, kind, argument.allowed)))
 
         def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            parts = zip(args, sig.args, arguments.values(), strict=True)
-            given = [_c_argument(context, builder, *part) for part in parts]
+            parts = zip(arguments.items(), args, sig.args, strict=True)
+            given = {
+                name: _c_argument(context, builder, value, kind, argument)
+                for (name, argument), value, kind in parts
+            }
             first = _store_record(builder, [_REAL(np.nan)] * count)
             written = [builder.gep(first, [_LONG(k)]) for k in range(count)]
             values = make_c_arguments(builder, given, written)
@@ -188,45 +198,22 @@ def _library_function(
     return cast(Any, intrinsic)(check_types)
 
 
+def _row_arguments(record: str) -> dict[str, _Argument]:
+    """Make the arguments of one row, in the order of a record; the results are `out`."""
+    kinds = {"uint64_t": _INDEX, "uint32_t": _HIT, "int": _FLAG}
+    arguments = {}
+    for name, role, kind, width, _ in RECORDS[record]:
+        number = _NUMBER_AT if width == 1 else _VECTOR if role == REQUIRED else _VECTOR.or_none()
+        if role != RESULT:
+            arguments[name] = kinds.get(kind, number)
+    return {"handle": _HANDLE, **arguments, "seed": _SEED, "out": _OUTPUT}
+
+
 _sample = _library_function(
-    "rbt_sample",
-    {
-        "handle": _HANDLE,
-        "alpha1": _NUMBER_AT,
-        "speed": _NUMBER_AT,
-        "spin": _OPTIONAL,
-        "inertia": _NUMBER_AT,
-        "grain": _OPTIONAL,
-        "index": _INDEX,
-        "hit": _HIT,
-        "fresh": _FLAG,
-        "seed": _SEED,
-        "out": _OUTPUT,
-    },
-    count=11,
-    make_c_arguments=_sample_arguments,
+    "rbt_sample", _row_arguments("conditions"), count=11, make_c_arguments=_sample_arguments
 )
 _rebound = _library_function(
-    "rbt_rebound",
-    {
-        "handle": _HANDLE,
-        "velocity": _VECTOR,
-        "normal": _VECTOR,
-        "half_size": _NUMBER_AT,
-        "wall_velocity": _OPTIONAL,
-        "omega": _OPTIONAL,
-        "inertia": _NUMBER_AT,
-        "roughness": _NUMBER_AT,
-        "grain": _OPTIONAL,
-        "index": _INDEX,
-        "hit": _HIT,
-        "fresh": _FLAG,
-        "isotropic": _FLAG,
-        "seed": _SEED,
-        "out": _OUTPUT,
-    },
-    count=9,
-    make_c_arguments=_rebound_arguments,
+    "rbt_rebound", _row_arguments("impacts"), count=9, make_c_arguments=_rebound_arguments
 )
 _columns = _library_function("rbt_variables", {"handle": _HANDLE, "columns": _OPTIONAL}, count=0)
 _grains = _library_function(

@@ -65,6 +65,10 @@
    The records have the fields of rbt_conditions and rbt_impacts, with arrays on the device. An array may have
    one row that holds for all particles: set bit k of `single` for field k, counted from 0. */
 
+/* begin records */
+enum { RBTI_CONDITIONS_ALPHA1, RBTI_CONDITIONS_SPEED, RBTI_CONDITIONS_SPIN,
+       RBTI_CONDITIONS_INERTIA, RBTI_CONDITIONS_GRAIN, RBTI_CONDITIONS_INDEX,
+       RBTI_CONDITIONS_HIT };
 typedef struct rbt_device_conditions {
     const RBT_REAL *alpha1, *speed, *spin, *inertia, *grain;
     const uint64_t *index;
@@ -73,6 +77,9 @@ typedef struct rbt_device_conditions {
     int fresh;
 } rbt_device_conditions;
 
+enum { RBTI_IMPACTS_VELOCITY, RBTI_IMPACTS_NORMAL, RBTI_IMPACTS_HALF_SIZE,
+       RBTI_IMPACTS_WALL_VELOCITY, RBTI_IMPACTS_OMEGA, RBTI_IMPACTS_INERTIA,
+       RBTI_IMPACTS_ROUGHNESS, RBTI_IMPACTS_GRAIN, RBTI_IMPACTS_INDEX, RBTI_IMPACTS_HIT };
 typedef struct rbt_device_impacts {
     const RBT_REAL *velocity, *normal, *half_size, *wall_velocity, *omega, *inertia, *roughness,
         *grain;
@@ -81,12 +88,10 @@ typedef struct rbt_device_impacts {
     uint32_t single;
     int fresh, isotropic;
 } rbt_device_impacts;
+/* end records */
 
-/* Row of a field for particle k. */
-RBTI_PART unsigned long long rbti_row(uint32_t single, unsigned field, unsigned long long k)
-{
-    return single >> field & 1 ? 0 : k;
-}
+/* Row of an array for particle k. */
+#define RBTI_ROW(ARRAY) (single >> RBTI_##ARRAY & 1 ? 0 : k)
 
 /* Read the numbers of a row. Returns them, or NULL if there is no array. */
 RBTI_PART const double *rbti_load(const RBT_REAL *array, unsigned width, unsigned long long row,
@@ -115,18 +120,19 @@ RBTI_PART void rbti_sample_rows(const rbt_table *table, unsigned long long n,
         double alpha1 = 0, speed = 0, inertia = 0, after = 0;
         double spin[3], grain[3], values[RBT_VALUES];
         rbti_grains grains = {(const double *)0, seed, conditions->fresh};
-        rbti_load(conditions->alpha1, 1, rbti_row(single, 0, k), &alpha1);
-        rbti_load(conditions->speed, 1, rbti_row(single, 1, k), &speed);
-        rbti_load(conditions->inertia, 1, rbti_row(single, 3, k), &inertia);
+        rbti_load(conditions->alpha1, 1, RBTI_ROW(CONDITIONS_ALPHA1), &alpha1);
+        rbti_load(conditions->speed, 1, RBTI_ROW(CONDITIONS_SPEED), &speed);
+        rbti_load(conditions->inertia, 1, RBTI_ROW(CONDITIONS_INERTIA), &inertia);
         const double *spin_or_null = (const double *)0;
         if (spins) {
-            spin_or_null = rbti_load(conditions->spin, 3, rbti_row(single, 2, k), spin);
-            grains.prescribed = rbti_load(conditions->grain, 3, rbti_row(single, 4, k), grain);
+            spin_or_null = rbti_load(conditions->spin, 3, RBTI_ROW(CONDITIONS_SPIN), spin);
+            grains.prescribed =
+                rbti_load(conditions->grain, 3, RBTI_ROW(CONDITIONS_GRAIN), grain);
         }
         codes[k] = rbti_draw_one(table, alpha1, speed, spin_or_null, inertia, seed, &grains,
-                                 conditions->index[rbti_row(single, 5, k)],
-                                 conditions->hit[rbti_row(single, 6, k)], spins, RBT_VALUES, values,
-                                 &after);
+                                 conditions->index[RBTI_ROW(CONDITIONS_INDEX)],
+                                 conditions->hit[RBTI_ROW(CONDITIONS_HIT)], spins, RBT_VALUES,
+                                 values, &after);
         after = codes[k] < RBT_OK ? rbti_nan() : after;
         rbti_store(&after, 1, k, inertia_after);
         for (int c = 0; c < table->n_columns; c++) {
@@ -176,20 +182,27 @@ RBT_KERNEL rbt_rebound_kernel(RBT_TABLE_ARGUMENT table, unsigned long long n,
         double v[3], normal[3], wall_velocity[3], spin[3], grain[3];
         double half_size, k_before, roughness;
         double new_v[3], new_omega[3], new_inertia, work[2];
-        const uint64_t index = impacts.index[rbti_row(single, 8, k)];
-        const uint32_t hit = impacts.hit[rbti_row(single, 9, k)];
-        const rbt_impacts impact = {
-            rbti_load(impacts.velocity, 3, rbti_row(single, 0, k), v),
-            rbti_load(impacts.normal, 3, rbti_row(single, 1, k), normal),
-            rbti_load(impacts.half_size, 1, rbti_row(single, 2, k), &half_size),
-            rbti_load(impacts.wall_velocity, 3, rbti_row(single, 3, k), wall_velocity),
-            rbti_load(impacts.omega, 3, rbti_row(single, 4, k), spin),
-            rbti_load(impacts.inertia, 1, rbti_row(single, 5, k), &k_before),
-            rbti_load(impacts.roughness, 1, rbti_row(single, 6, k), &roughness),
-            rbti_load(impacts.grain, 3, rbti_row(single, 7, k), grain),
-            &index, &hit, impacts.fresh, impacts.isotropic};
-        const rbt_rebounds after = {new_v, new_omega, &new_inertia, works ? work : (double *)0,
-                                    (int *)0, 0, 0, {0}};
+        const uint64_t index = impacts.index[RBTI_ROW(IMPACTS_INDEX)];
+        const uint32_t hit = impacts.hit[RBTI_ROW(IMPACTS_HIT)];
+        rbt_impacts impact = {};
+        impact.velocity = rbti_load(impacts.velocity, 3, RBTI_ROW(IMPACTS_VELOCITY), v);
+        impact.normal = rbti_load(impacts.normal, 3, RBTI_ROW(IMPACTS_NORMAL), normal);
+        impact.half_size = rbti_load(impacts.half_size, 1, RBTI_ROW(IMPACTS_HALF_SIZE), &half_size);
+        impact.wall_velocity =
+            rbti_load(impacts.wall_velocity, 3, RBTI_ROW(IMPACTS_WALL_VELOCITY), wall_velocity);
+        impact.omega = rbti_load(impacts.omega, 3, RBTI_ROW(IMPACTS_OMEGA), spin);
+        impact.inertia = rbti_load(impacts.inertia, 1, RBTI_ROW(IMPACTS_INERTIA), &k_before);
+        impact.roughness = rbti_load(impacts.roughness, 1, RBTI_ROW(IMPACTS_ROUGHNESS), &roughness);
+        impact.grain = rbti_load(impacts.grain, 3, RBTI_ROW(IMPACTS_GRAIN), grain);
+        impact.index = &index;
+        impact.hit = &hit;
+        impact.fresh = impacts.fresh;
+        impact.isotropic = impacts.isotropic;
+        rbt_rebounds after = {};
+        after.velocity = new_v;
+        after.omega = new_omega;
+        after.inertia = &new_inertia;
+        after.works = works ? work : (double *)0;
         codes[k] = rbti_rebound_row(&table, &impact, 0, seed, &after);
         rbti_store(new_v, 3, k, velocity);
         rbti_store(new_omega, 3, k, omega);

@@ -8,6 +8,7 @@ from sampler.arguments import Keys, Rebound, as_isotropic, broadcast
 from sampler.device import program
 from sampler.errors import InputError
 from sampler.formats.image import Image
+from sampler.formats.records import NUMBER, RECORDS, argument_arrays
 from sampler.library import Report
 from sampler.row_codes import RowCodes
 
@@ -17,21 +18,6 @@ _BLOCKS = 32
 
 #: Bytes that the arguments of a kernel can have, among them those of a table.
 _MOST_BYTES = 4096
-
-#: Fields of the records of `rebound_device.h`, in their order.
-_CONDITIONS = ("alpha1", "speed", "spin", "inertia", "grain", "index", "hit")
-_IMPACTS = (
-    "velocity",
-    "normal",
-    "half_size",
-    "wall_velocity",
-    "omega",
-    "inertia",
-    "roughness",
-    "grain",
-    "index",
-    "hit",
-)
 
 
 def _by_value(record: np.ndarray) -> np.ndarray:
@@ -138,7 +124,7 @@ class DeviceTable:
         states = self._empty(*call.shape, len(self.columns))
         kernel = "rbt_sample_kernel" if spin is None else "rbt_spin_sample_kernel"
         after = None if inertia_after is None else self._empty(*call.shape)
-        self._launch(kernel, call, _CONDITIONS, [states, after])
+        self._launch(kernel, call, "conditions", [states, after])
         if inertia_after is not None:
             inertia_after[...] = after
         return states
@@ -192,7 +178,7 @@ class DeviceTable:
         call = self._call(arguments, "omega", grain, Keys(seed, index, hit))
         after = [self._empty(*call.shape, *tail) for tail in ((3,), (3,), ())]
         energies = None if works is None else self._empty(*call.shape, 2)
-        self._launch("rbt_rebound_kernel", call, _IMPACTS, [*after, energies], isotropic)
+        self._launch("rbt_rebound_kernel", call, "impacts", [*after, energies], isotropic)
         if works is not None:
             works[...] = energies
         return Rebound(*after)
@@ -227,7 +213,7 @@ class DeviceTable:
         self,
         kernel: str,
         call: program.DeviceCall,
-        names: tuple[str, ...],
+        record: str,
         results: list[Any],
         isotropic: bool = False,
     ) -> None:
@@ -235,15 +221,19 @@ class DeviceTable:
         rows, arrays = call.rows, cast(dict[str, Any], call.rows.arrays)
         if rows.n == 0:
             return
+        names = argument_arrays(record)
         single = sum((len(arrays.get(name, ())) == 1) << k for k, name in enumerate(names))
         places = [arrays[name].data.ptr if name in arrays else 0 for name in names]
-        # pointers, then two pairs of 32-bit numbers: single and fresh, isotropic and nothing
-        record = np.array([*places, single + (rows.fresh << 32), isotropic], np.uint64)
+        numbers = {"fresh": rows.fresh, "isotropic": isotropic}
+        flags = [numbers[field.name] for field in RECORDS[record] if field.role == NUMBER]
+        words = np.zeros(2 * (len(places) + len(flags)), np.uint32)
+        words[: 2 * len(places)] = np.array(places, np.uint64).view(np.uint32)
+        words[2 * len(places) :][: 1 + len(flags)] = single, *flags
         blocks = min(-(-rows.n // _THREADS), self._blocks)
         with self._device:
             codes, flagged = self._cupy.empty(rows.n, np.intc), self._cupy.zeros(1, np.intc)
-            given = self._argument, np.uint64(rows.n), _by_value(record), np.uint64(rows.seed)
-            arguments = (*given, *results, codes, flagged)
+            first = self._argument, np.uint64(rows.n), _by_value(words), np.uint64(rows.seed)
+            arguments = (*first, *results, codes, flagged)
             self._module.get_function(kernel)((blocks,), (_THREADS,), arguments)
             if not flagged.item():
                 return

@@ -1,10 +1,11 @@
 """Parts of the C header, of the Fortran module and of a page, made from one description.
 
 Run ``python -m sampler.formats.generated_code`` after a change to `sampler.errors`,
-`sampler.formats.channels` or `sampler.formats.binary_layout`, then ``python sampler/c/build.py``;
-everything outside the marked parts is written by hand.
+`sampler.formats.channels`, `sampler.formats.records` or `sampler.formats.binary_layout`, then
+``python sampler/c/build.py``; everything outside the marked parts is written by hand.
 """
 
+import functools
 import itertools
 import textwrap
 from collections.abc import Iterable
@@ -13,7 +14,7 @@ import numpy as np
 
 from sampler.errors import CODES, FLAGS, LAST_OF_DRAWS, OUTSIDE, Code
 from sampler.files import include_directory, write_text
-from sampler.formats import bounds
+from sampler.formats import bounds, records
 from sampler.formats.binary_layout import (
     ARRAYS,
     BINARY_VERSION,
@@ -33,6 +34,7 @@ from sampler.formats.channels import (
     VARIABLES,
 )
 from sampler.formats.format_page import filled
+from sampler.formats.records import RECORDS
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from sampler.version import __version__
 
@@ -58,7 +60,7 @@ def public_constants() -> str:
     )
     lines.append("/* codes of shapes */")
     shapes = [f"RBT_{name}" for name in _shapes()]
-    lines += _enumeration([*shapes, f"RBT_FIRST_MESH\0=\0{FIRST_MESH}"])
+    lines += _enumeration([*shapes, f"RBT_FIRST_MESH = {FIRST_MESH}"])
     lines.append("/* variables of a state, in this order */")
     lines += _enumeration([*variables, "RBT_VALUES"])
     lines.append("/* channels, in which these are stored */")
@@ -73,12 +75,81 @@ def _shapes() -> dict[str, int]:
 
 
 def _enumeration(names: list[str]) -> list[str]:
-    lines = textwrap.wrap(f"enum {{ {', '.join(names)} }};", _WIDTH, subsequent_indent=" " * 7)
+    return _wrapped_list([*names[:-1], f"{names[-1]} }};"], "enum { ", " " * 7, _WIDTH)
+
+
+def _wrapped_list(items: list[str], head: str, indent: str, width: int) -> list[str]:
+    """Break a list into lines between its items only."""
+    whole = ", ".join(item.replace(" ", "\0") for item in items)
+    lines = textwrap.wrap(whole, width, initial_indent=head, subsequent_indent=indent)
     return [line.replace("\0", " ") for line in lines]
 
 
 def _c_number(number: int) -> str:
     return f"({number})" if number < 0 else str(number)
+
+
+#: Types of C in the records, and what they are in Fortran.
+_FORTRAN = {"int": "integer(c_int)", "size_t": "integer(c_size_t)"}
+#: Types of C that are others on a device.
+_DEVICE = {"double": "RBT_REAL"}
+
+
+def record_struct(name: str) -> str:
+    """Write a record of the interface as a C struct, with a comment behind each field."""
+    declarations = [_declaration(field) for field in RECORDS[name]]
+    column = 4 + max(map(len, declarations)) + 1
+    lines = [f"typedef struct rbt_{name} {{"]
+    for declaration, field in zip(declarations, RECORDS[name], strict=True):
+        indent = " " * (column + 3)
+        first = f"    {declaration:{column - 4}}/* "
+        text = f"{field.meaning} */"
+        lines += textwrap.wrap(text, 110, initial_indent=first, subsequent_indent=indent)
+    return "\n".join([*lines, f"}} rbt_{name};"]) + "\n"
+
+
+def _declaration(field: records.Field) -> str:
+    if field.role == records.NUMBER:
+        extent = f"[{field.width}]" if field.width > 1 else ""
+        return f"{field.kind} {field.name}{extent};"
+    return f"{'' if field.role == records.RESULT else 'const '}{field.kind} *{field.name};"
+
+
+def fortran_records() -> str:
+    """Write the records of the interface in Fortran."""
+    texts = []
+    for name, fields in RECORDS.items():
+        lines = [f"  type, bind(c) :: c_{name}"]
+        for kind, group in itertools.groupby(fields, lambda f: f.role != records.NUMBER or f.kind):
+            pointers = kind is True
+            words = [
+                f"{f.name} = c_null_ptr"
+                if pointers
+                else f"{f.name}{f'({f.width})' if f.width > 1 else ''} = 0"
+                for f in group
+            ]
+            head = f"    {'type(c_ptr)' if pointers else _FORTRAN[str(kind)]} :: "
+            lines.append(" &\n".join(_wrapped_list(words, head, " " * 8, _WIDTH - 2)))
+        texts.append("\n".join([*lines, f"  end type c_{name}\n"]))
+    return "\n".join(texts)
+
+
+def device_records() -> str:
+    """Write the records of arguments for kernels, and the place of each array in its record."""
+    lines = []
+    for name in ("conditions", "impacts"):
+        names = records.argument_arrays(name)
+        lines += _enumeration([f"RBTI_{name.upper()}_{field.upper()}" for field in names])
+        lines.append(f"typedef struct rbt_device_{name} {{")
+        fields = [field for field in RECORDS[name] if field.role != records.RESULT]
+        for kind, group in itertools.groupby(fields, lambda f: (f.role == records.NUMBER, f.kind)):
+            is_number, number = kind
+            lines += ["    uint32_t single;"] * is_number
+            declared = [field.name if is_number else f"*{field.name}" for field in group]
+            head = "    int " if is_number else f"    const {_DEVICE.get(number, number)} "
+            lines += _wrapped_list([*declared[:-1], f"{declared[-1]};"], head, " " * 8, _WIDTH)
+        lines.append(f"}} rbt_device_{name};\n")
+    return "\n".join(lines)
 
 
 def header_struct() -> str:
@@ -239,10 +310,8 @@ def fortran_constants() -> str:
 
 
 def _parameters(kind: str, numbers: dict[str, int]) -> str:
-    words = ", ".join(f"RBT_{name}\0=\0{number}" for name, number in numbers.items())
-    indent = " " * 6
-    lines = textwrap.wrap(words, _WIDTH - 2, initial_indent=indent, subsequent_indent=indent)
-    text = " &\n".join(lines).replace("\0", " ")
+    words = [f"RBT_{name} = {number}" for name, number in numbers.items()]
+    text = " &\n".join(_wrapped_list(words, " " * 6, " " * 6, _WIDTH - 2))
     return f"  {kind}, parameter, public :: &\n{text}\n"
 
 
@@ -263,11 +332,16 @@ def _codes_table(codes: Iterable[Code]) -> str:
 
 #: Marked parts by file, below the folder of `include_directory`.
 PARTS = {
-    "src/public.h": {"constants": public_constants},
+    "src/public.h": {"constants": public_constants}
+    | {name: functools.partial(record_struct, name) for name in RECORDS},
     "src/prelude.h": {"spin": spin_constants},
     "src/layout.h": {"header": header_struct, "checks": checked_constants},
     "src/open.h": {"texts": code_texts},
-    "../fortran/rebound_sampler.f90": {"constants": fortran_constants},
+    "../fortran/rebound_sampler.f90": {
+        "constants": fortran_constants,
+        "records": fortran_records,
+    },
+    "rebound_device.h": {"records": device_records},
     "../CODES.md": {"constants": codes_of_rows, "files": codes_of_files},
 }
 

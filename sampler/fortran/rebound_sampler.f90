@@ -63,16 +63,20 @@ module rebound_sampler
     real(c_double), dimension(2) :: alpha1, speed, spin, measured
   end type rbt_range
 
+  ! The records of C.
+  ! begin records
   type, bind(c) :: c_conditions
-    type(c_ptr) :: alpha1, speed, spin = c_null_ptr, inertia = c_null_ptr, grain = c_null_ptr, &
-        index, hit, inertia_after = c_null_ptr
-    integer(c_int) :: fresh
+    type(c_ptr) :: alpha1 = c_null_ptr, speed = c_null_ptr, spin = c_null_ptr, &
+        inertia = c_null_ptr, grain = c_null_ptr, index = c_null_ptr, hit = c_null_ptr, &
+        inertia_after = c_null_ptr
+    integer(c_int) :: fresh = 0
   end type c_conditions
 
   type, bind(c) :: c_impacts
-    type(c_ptr) :: velocity, normal, half_size, wall_velocity = c_null_ptr, omega = c_null_ptr, &
-        inertia = c_null_ptr, roughness = c_null_ptr, grain = c_null_ptr, index, hit
-    integer(c_int) :: fresh, isotropic
+    type(c_ptr) :: velocity = c_null_ptr, normal = c_null_ptr, half_size = c_null_ptr, &
+        wall_velocity = c_null_ptr, omega = c_null_ptr, inertia = c_null_ptr, &
+        roughness = c_null_ptr, grain = c_null_ptr, index = c_null_ptr, hit = c_null_ptr
+    integer(c_int) :: fresh = 0, isotropic = 0
   end type c_impacts
 
   type, bind(c) :: c_rebounds
@@ -80,6 +84,7 @@ module rebound_sampler
         works = c_null_ptr, codes = c_null_ptr
     integer(c_size_t) :: bad = 0, first_bad = 0, flagged(8) = 0
   end type c_rebounds
+  ! end records
 
   ! Rebound one particle, with numbers and vectors, or n particles, with arrays, in the lab frame.
   interface rbt_rebound

@@ -248,6 +248,7 @@ RBT_API RBT_DEVICE const char *rbt_pair(const rbt_table *table);
    k is taken, and the row gets RBT_SPIN. Without a spin, k does not matter. */
 
 /* Conditions of draws, in the frame of the impact. */
+/* begin conditions */
 typedef struct rbt_conditions {
     const double *alpha1;  /* Impact angles from the wall, rad, above 0, at most pi/2. Required. */
     const double *speed;   /* Impact speeds V, m/s, above 0. Required. */
@@ -262,6 +263,7 @@ typedef struct rbt_conditions {
                               wanted. */
     int fresh;             /* 1: another grain at each hit. 0: particles keep their grains. */
 } rbt_conditions;
+/* end conditions */
 
 /* Draw n states. `states` gets n rows of the table's variables (rbt_variables), at most RBT_VALUES n
    numbers; if it is NULL only the codes are written. `codes` gets n codes, or is NULL.
@@ -274,6 +276,7 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_sample(const rbt_table *table, size_t n,
                                                double *states, int *codes);
 
 /* Impacts on walls, in the lab frame. */
+/* begin impacts */
 typedef struct rbt_impacts {
     const double *velocity;      /* Velocities of the particles at the contact, m/s, 3 n. Required. */
     const double *normal;        /* Normals from the wall into the gas, 3 n, of any length but 0. Required. */
@@ -286,15 +289,17 @@ typedef struct rbt_impacts {
     const double *grain;         /* Prescribed grains, 3 n. NULL: the grains of the keys. */
     const uint64_t *index;       /* Identities of the particles. Required. */
     const uint32_t *hit;         /* Number of walls that each particle has met before. Required. */
-    int fresh;                   /* 1: another grain at each hit. From smooth walls, without omega and
-                                    grain, it is drawn from the law of first impacts; a table without a spin
-                                    law has no other. 0: particles keep their grains. */
+    int fresh;                   /* 1: another grain at each hit. From smooth walls, without omega and grain,
+                                    it is drawn from the law of first impacts; a table without a spin law has
+                                    no other. 0: particles keep their grains. */
     int isotropic;               /* 1: facets are tilted across the plane of incidence as well. 0: they are
                                     tilted in that plane only. */
 } rbt_impacts;
+/* end impacts */
 
 /* Rebounds: arrays of results, each NULL if it is not wanted, and counts of rows. The arrays may be those
    of the impacts. */
+/* begin rebounds */
 typedef struct rbt_rebounds {
     double *velocity;  /* Velocities after the rebound, m/s, 3 n. */
     double *omega;     /* Mean angular velocities after the rebound, rad/s, 3 n. */
@@ -304,9 +309,9 @@ typedef struct rbt_rebounds {
     int *codes;        /* Codes of the rows, n. */
     size_t bad;        /* Written: number of rows with an error. */
     size_t first_bad;  /* Written: the first row with an error; n if there is none. */
-    size_t flagged[8]; /* Written: flagged[k], the number of rows with the flag 1 << k: RBT_ANGLE, RBT_SPEED,
-                          RBT_SPIN, RBT_EXTRAPOLATED, and none yet. */
+    size_t flagged[8]; /* Written: in place k the number of rows with the flag 1 << k. */
 } rbt_rebounds;
+/* end rebounds */
 
 /* Rebound n particles. At exactly normal impact the direction along the wall is uniform.
 
