@@ -104,9 +104,10 @@ def record_stride(channels: int) -> int:
 
 # -- laws of contact -----------------------------------------------------------------------------
 
-#: Codes of laws of restitution, and of resistance.
-EXPONENTIAL, POLYNOMIAL, CONSTANT, POWER, TABULATED = range(5)
-ORIENTATION, CONSTANT_RESISTANCE, TABULATED_RESISTANCE, COULOMB = range(4)
+#: Laws of restitution, and of resistance, as files name them. The code of a law is its place, so a
+#: new law goes to the end.
+RESTITUTION_LAWS = ("exponential", "polynomial", "constant", "power", "tabulated")
+RESISTANCE_LAWS = ("exponential-orientation", "constant", "tabulated", "coulomb")
 
 
 # -- the spin law --------------------------------------------------------------------------------

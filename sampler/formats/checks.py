@@ -16,9 +16,9 @@ from sampler.formats.bounds import (
     LEAST_STEP,
     MOST_NUMBER,
     NUMBER_ROUNDING,
+    RESISTANCE_LAWS,
+    RESTITUTION_LAWS,
     ROUNDING,
-    TABULATED,
-    TABULATED_RESISTANCE,
 )
 
 Array = NDArray[Any]
@@ -265,16 +265,16 @@ def _contact_laws(values: Array, _: Mapping[str, Array]) -> TableError | None:
     least, restitution, resistance = values[[0, 1, 4]]
     if not 0.0 < least <= GRAZING:
         return TableError("", f"{least:.9g}", f"above 0, at most {GRAZING:g}", row=0)
-    for at, law, laws in ((1, restitution, 5), (4, resistance, 4)):
-        if law not in range(laws):
-            return TableError("", f"{law:.9g}", f"0 to {laws - 1}", row=at)
+    for at, law, laws in ((1, restitution, RESTITUTION_LAWS), (4, resistance, RESISTANCE_LAWS)):
+        if law not in range(len(laws)):
+            return TableError("", f"{law:.9g}", f"0 to {len(laws) - 1}", row=at)
     length, left = values[7], len(values) - _LAW_NUMBERS
     if not (0.0 <= length <= left and length % 1.0 == 0.0):
         allowed = f"0 to {left}, of {len(values)} numbers"
         return TableError("", f"{length:.9g}", allowed, row=7)
     first, second = np.split(values[_LAW_NUMBERS:], [int(length)])
-    needed = resistance == TABULATED_RESISTANCE or second.size > 0
-    if (restitution == TABULATED and not _is_table(first, np.inf)) or (
+    needed = resistance == RESISTANCE_LAWS.index("tabulated") or second.size > 0
+    if (restitution == RESTITUTION_LAWS.index("tabulated") and not _is_table(first, np.inf)) or (
         needed and not _is_table(second, 1.0)
     ):
         allowed = "the numbers of angles and speeds, the angles, the speeds, the values"

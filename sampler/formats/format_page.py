@@ -5,6 +5,7 @@ Run ``python -m sampler.formats.format_page`` after a change to `sampler.formats
 parts of the page is written by hand.
 """
 
+import itertools
 from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from sampler.errors import InputError
 from sampler.files import data_directory, write_text
 from sampler.formats.binary_layout import layout_text
-from sampler.formats.bounds import QUANTILES
+from sampler.formats.bounds import QUANTILES, RESISTANCE_LAWS, RESTITUTION_LAWS
 from sampler.formats.layout import (
     ATTRIBUTES,
     DATASETS,
@@ -43,6 +44,14 @@ def _list_of(datasets: Iterable[Dataset]) -> str:
 def quantiles_text() -> str:
     """Write the bounds of the quantiles of each channel as an indented block."""
     return "".join(f"    {name} ({low:g}, {high:g})\n" for name, (low, high) in QUANTILES.items())
+
+
+def laws_text() -> str:
+    """Codes of the laws of contact as a Markdown table."""
+    rows = itertools.zip_longest(RESTITUTION_LAWS, RESISTANCE_LAWS, fillvalue="")
+    lines = ["| code | law of restitution | law of resistance |", "|---|---|---|"]
+    lines += [f"| {code} | {' | '.join(laws)} |" for code, laws in enumerate(rows)]
+    return "\n".join(lines) + "\n"
 
 
 def attributes_text() -> str:
@@ -79,6 +88,7 @@ def filled_page(page: str) -> str:
         "datasets": lambda: _list_of(DATASETS),
         "spin": lambda: _list_of(SPIN_DATASETS + SPHERE_DATASETS),
         "quantiles": quantiles_text,
+        "laws": laws_text,
         "binary": layout_text,
     }
     return filled(page, PAGE, parts)

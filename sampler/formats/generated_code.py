@@ -166,20 +166,6 @@ def _extent(field: Field) -> str:
     return f"[{count}]" if count > 1 else ""
 
 
-#: Codes of laws of contact.
-_LAWS = (
-    "EXPONENTIAL",
-    "POLYNOMIAL",
-    "CONSTANT",
-    "POWER",
-    "TABULATED",
-    "ORIENTATION",
-    "CONSTANT_RESISTANCE",
-    "TABULATED_RESISTANCE",
-    "COULOMB",
-)
-
-
 def spin_constants() -> str:
     """Write the numbers of the spin law, as macros."""
     numbers = {
@@ -203,7 +189,6 @@ def spin_constants() -> str:
         "MEAN_UNIT": f"(1.0f / {bounds.MEAN_UNIT}.0f)",
         "FACTOR_UNIT": f"(1.0f / {bounds.FACTOR_UNIT}.0f)",
     }
-    numbers |= {name: getattr(bounds, name) for name in _LAWS}
     inputs = (*bounds.CONDITIONS, "square", *bounds.RATIOS, "rows")
     lines = [f"#define RBTI_{name} {number}" for name, number in numbers.items()]
     lines.append(
@@ -211,6 +196,18 @@ def spin_constants() -> str:
     )
     lines += _enumeration([f"RBTI_IN_{name.upper()}" for name in inputs])
     lines += _enumeration([f"RBTI_OUT_{name.upper()}" for name in bounds.OUTCOMES])
+    return "\n".join(lines) + "\n"
+
+
+def law_codes() -> str:
+    """Write the codes of the laws of contact, as enumerations that end with their number."""
+    lines = []
+    for kind, laws in (
+        ("RESTITUTION", bounds.RESTITUTION_LAWS),
+        ("RESISTANCE", bounds.RESISTANCE_LAWS),
+    ):
+        names = [f"RBTI_{kind}_{law.upper().replace('-', '_')}" for law in laws]
+        lines += _enumeration([*names, f"RBTI_{kind}_LAWS"])
     return "\n".join(lines) + "\n"
 
 
@@ -335,6 +332,7 @@ PARTS = {
     "src/public.h": {"constants": public_constants}
     | {name: functools.partial(record_struct, name) for name in RECORDS},
     "src/prelude.h": {"spin": spin_constants},
+    "src/sphere.h": {"laws": law_codes},
     "src/layout.h": {"header": header_struct, "checks": checked_constants},
     "src/open.h": {"texts": code_texts},
     "../fortran/rebound_sampler.f90": {

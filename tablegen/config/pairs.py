@@ -286,39 +286,35 @@ ResistanceLaw = OrientationResistance | ConstantResistance | TabulatedResistance
 
 
 def kernel_entries(law: RestitutionLaw | ResistanceLaw) -> dict[str, Any]:
-    """Return the entries of `tablegen.model.contact_laws.LawArguments` that a law sets."""
+    """Return the entries of `LawArguments` that a law sets, but its code."""
     match law:
         case ExponentialRestitution():
-            entries = {"coefficient": law.coefficient, "exponent": law.exponent}
-            return {"restitution_law": bounds.EXPONENTIAL, **entries}
+            return {"coefficient": law.coefficient, "exponent": law.exponent}
         case PolynomialRestitution():
-            return {"restitution_law": bounds.POLYNOMIAL, "numbers": np.array(law.coefficients)}
+            return {"numbers": np.array(law.coefficients)}
         case ConstantRestitution():
-            return {"restitution_law": bounds.CONSTANT, "coefficient": law.value}
+            return {"coefficient": law.value}
         case PowerRestitution():
             coefficient = law.coefficient * law.reference_speed**law.exponent
-            entries = {"coefficient": coefficient, "exponent": law.exponent}
-            return {"restitution_law": bounds.POWER, **entries}
+            return {"coefficient": coefficient, "exponent": law.exponent}
         case TabulatedRestitution():
             axes = np.radians(law.angle_deg), np.array(law.speed)
             numbers = kernels.pack_table(*axes, np.array(law.value))
-            return {"restitution_law": bounds.TABULATED, "numbers": numbers}
+            return {"numbers": numbers}
         case OrientationResistance():
-            entries = {"strength": law.strength, "factor": law.factor}
-            return {"resistance_law": bounds.ORIENTATION, **entries}
+            return {"strength": law.strength, "factor": law.factor}
         case ConstantResistance():
-            return {"resistance_law": bounds.CONSTANT_RESISTANCE, "factor": law.value}
+            return {"factor": law.value}
         case CoulombResistance():
-            entries = {"strength": law.static, "factor": law.dynamic}
             numbers = np.zeros(0)
             if law.tangential_restitution is not None:
                 axes = np.radians(law.angle_deg or (90.0,)), np.ones(1)
                 numbers = kernels.pack_table(*axes, np.array(law.tangential_restitution)[:, None])
-            return {"resistance_law": bounds.COULOMB, "resistances": numbers, **entries}
+            return {"strength": law.static, "factor": law.dynamic, "resistances": numbers}
         case TabulatedResistance():
             axes = np.radians(law.angle_deg), np.ones(1)
             numbers = kernels.pack_table(*axes, np.array(law.value)[:, None])
-            return {"resistance_law": bounds.TABULATED_RESISTANCE, "resistances": numbers}
+            return {"resistances": numbers}
 
 
 class MaterialPair(Record):
@@ -354,5 +350,7 @@ class MaterialPair(Record):
             raise InputError("pair.resistance.tangential_restitution", shown(given), allowed)
         unused = dict.fromkeys(("coefficient", "exponent", "strength", "factor"), 0.0)
         entries: dict[str, Any] = {**unused, "numbers": np.zeros(0), "resistances": np.zeros(0)}
+        entries["restitution_law"] = bounds.RESTITUTION_LAWS.index(self.restitution.law)
+        entries["resistance_law"] = bounds.RESISTANCE_LAWS.index(self.resistance.law)
         entries |= kernel_entries(self.restitution) | kernel_entries(self.resistance)
         return kernels.LawArguments(**entries)

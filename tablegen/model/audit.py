@@ -19,8 +19,7 @@ Sources: Panfilov & Tsirkunov 2022, equations (1) to (7), and those of `tablegen
 
 import math
 
-from sampler.formats.bounds import COULOMB
-from tablegen.model.contact_laws import resistance, restitution
+from tablegen.model.contact_laws import COULOMB, resistance, restitution
 from tablegen.model.frames import combine, cross, dot
 from tablegen.model.jit import inline_kernel, kernel
 

@@ -25,17 +25,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sampler.formats.bounds import (
-    EXPONENTIAL,
-    ORIENTATION,
-    POLYNOMIAL,
-    POWER,
-    TABULATED,
-    TABULATED_RESISTANCE,
-)
+from sampler.formats.bounds import RESISTANCE_LAWS, RESTITUTION_LAWS
 from tablegen.model.elementary import exponential, power
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.simd import extract, insert, select, width
+
+#: Codes of the laws that kernels tell apart.
+EXPONENTIAL = RESTITUTION_LAWS.index("exponential")
+POLYNOMIAL = RESTITUTION_LAWS.index("polynomial")
+POWER = RESTITUTION_LAWS.index("power")
+TABULATED = RESTITUTION_LAWS.index("tabulated")
+ORIENTATION = RESISTANCE_LAWS.index("exponential-orientation")
+TABULATED_RESISTANCE = RESISTANCE_LAWS.index("tabulated")
+COULOMB = RESISTANCE_LAWS.index("coulomb")
 
 
 class LawArguments(NamedTuple):
@@ -53,9 +55,9 @@ class LawArguments(NamedTuple):
     #: Resistance: overall factor of the orientation law, the constant itself, or Coulomb's dynamic
     #: coefficient.
     factor: float
-    #: Which law of restitution, EXPONENTIAL to TABULATED.
+    #: Code of the law of restitution.
     restitution_law: int
-    #: Which law of resistance, ORIENTATION to COULOMB.
+    #: Code of the law of resistance.
     resistance_law: int
     #: float64, (n,): coefficients of the polynomial, lowest power first, or the packed table of
     #: `pack_table`; empty for the other laws.

@@ -27,11 +27,10 @@ import math
 
 import numpy as np
 
-from sampler.formats.bounds import COULOMB
 from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energies_taken, energy_gain, impulse, mean_velocity
 from tablegen.model.contact import contact_point, first_contact
-from tablegen.model.contact_laws import resistance, restitution, tabulated_resistance
+from tablegen.model.contact_laws import COULOMB, resistance, restitution, tabulated_resistance
 from tablegen.model.coulomb import Ending, coulomb_impulse
 from tablegen.model.frames import cross
 from tablegen.model.impacts import translates

@@ -150,15 +150,15 @@ static int rbti_is_table(const double *numbers, int32_t count, double speeds)
 /* Whether the laws of contact of spheres are known laws, and their tables are whole. */
 static int rbti_laws_are_valid(const double *law, int32_t count)
 {
-    if (!(law[RBTI_RESTITUTION] >= 0.0 && law[RBTI_RESTITUTION] <= (double)RBTI_TABULATED &&
-          law[RBTI_RESISTANCE] >= 0.0 && law[RBTI_RESISTANCE] <= (double)RBTI_COULOMB &&
+    if (!(law[RBTI_RESTITUTION] >= 0.0 && law[RBTI_RESTITUTION] < (double)RBTI_RESTITUTION_LAWS &&
+          law[RBTI_RESISTANCE] >= 0.0 && law[RBTI_RESISTANCE] < (double)RBTI_RESISTANCE_LAWS &&
           law[RBTI_LENGTH] >= 0.0 && law[RBTI_LENGTH] <= (double)(count - RBTI_NUMBERS)))
         return 0;
     const int length = (int)law[RBTI_LENGTH];
     const int n_behind = count - RBTI_NUMBERS - length;
-    const int needed = (int)law[RBTI_RESISTANCE] == RBTI_TABULATED_RESISTANCE ||
+    const int needed = (int)law[RBTI_RESISTANCE] == RBTI_RESISTANCE_TABULATED ||
                        n_behind > 0;
-    return ((int)law[RBTI_RESTITUTION] != RBTI_TABULATED ||
+    return ((int)law[RBTI_RESTITUTION] != RBTI_RESTITUTION_TABULATED ||
             rbti_is_table(law + RBTI_NUMBERS, length, (double)length)) &&
            (!needed || rbti_is_table(law + RBTI_NUMBERS + length, n_behind, 1.0));
 }

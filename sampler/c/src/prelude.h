@@ -152,15 +152,6 @@ extern "C" {
 #define RBTI_GATE_UNIT (1.0f / 512.0f)
 #define RBTI_MEAN_UNIT (1.0f / 2048.0f)
 #define RBTI_FACTOR_UNIT (1.0f / 4096.0f)
-#define RBTI_EXPONENTIAL 0
-#define RBTI_POLYNOMIAL 1
-#define RBTI_CONSTANT 2
-#define RBTI_POWER 3
-#define RBTI_TABULATED 4
-#define RBTI_ORIENTATION 0
-#define RBTI_CONSTANT_RESISTANCE 1
-#define RBTI_TABULATED_RESISTANCE 2
-#define RBTI_COULOMB 3
 /* rows of a draw: inputs, with the squared spin that trees compare, and outcomes */
 enum { RBTI_IN_ROOT_ANGLE, RBTI_IN_SPEED, RBTI_IN_SIGMA_X, RBTI_IN_SIGMA_Y, RBTI_IN_SIGMA_Z,
        RBTI_IN_KAPPA, RBTI_IN_SQUARE, RBTI_IN_B_A, RBTI_IN_C_B, RBTI_IN_ROWS };

@@ -9,6 +9,12 @@ enum {
     RBTI_RESOLUTION, RBTI_RESTITUTION, RBTI_COEFFICIENT, RBTI_EXPONENT, RBTI_RESISTANCE,
     RBTI_STRENGTH, RBTI_FACTOR, RBTI_LENGTH, RBTI_NUMBERS
 };
+/* begin laws */
+enum { RBTI_RESTITUTION_EXPONENTIAL, RBTI_RESTITUTION_POLYNOMIAL, RBTI_RESTITUTION_CONSTANT,
+       RBTI_RESTITUTION_POWER, RBTI_RESTITUTION_TABULATED, RBTI_RESTITUTION_LAWS };
+enum { RBTI_RESISTANCE_EXPONENTIAL_ORIENTATION, RBTI_RESISTANCE_CONSTANT,
+       RBTI_RESISTANCE_TABULATED, RBTI_RESISTANCE_COULOMB, RBTI_RESISTANCE_LAWS };
+/* end laws */
 #define RBTI_SPHERE_INERTIA 0.4
 #define RBTI_MOBILITY 3.5 /* of the contact of a sphere, along the wall */
 #define RBTI_GRAZING 0.0087 /* sine of the impact angle below which the resolution shrinks to 0 */
@@ -43,13 +49,13 @@ RBTI_INLINE RBT_DEVICE double rbti_restitution(const double *law, double speed, 
     const double c = law[RBTI_COEFFICIENT], exponent = law[RBTI_EXPONENT], angle = asin(sine);
     const int kind = (int)law[RBTI_RESTITUTION];
     double e = c;
-    if (kind == RBTI_EXPONENTIAL)
+    if (kind == RBTI_RESTITUTION_EXPONENTIAL)
         e = 1.0 + (exp(-c * pow(speed, exponent)) - 1.0) * sine;
-    else if (kind == RBTI_POWER)
+    else if (kind == RBTI_RESTITUTION_POWER)
         e = c / pow(speed * sine, exponent);
-    else if (kind == RBTI_TABULATED)
+    else if (kind == RBTI_RESTITUTION_TABULATED)
         e = rbti_tabulated(law + RBTI_NUMBERS, angle, speed);
-    else if (kind == RBTI_POLYNOMIAL) {
+    else if (kind == RBTI_RESTITUTION_POLYNOMIAL) {
         e = 0.0;
         for (int k = (int)law[RBTI_LENGTH] - 1; k >= 0; k--)
             e = e * angle + law[RBTI_NUMBERS + k];
@@ -68,12 +74,12 @@ RBTI_INLINE RBT_DEVICE double rbti_tangential_impulse(const rbt_table *table, do
     const int kind = (int)law[RBTI_RESISTANCE], before = RBTI_NUMBERS + (int)law[RBTI_LENGTH];
     const double number =
         before < table->n_law_parameters ? rbti_tabulated(law + before, asin(sine), 1.0) : 0.0;
-    if (kind == RBTI_COULOMB) {
+    if (kind == RBTI_RESISTANCE_COULOMB) {
         const double back = (1.0 + rbti_bounded(number, -1.0, 1.0)) / RBTI_MOBILITY;
         return slide > 0.0 ? rbti_bounded(law[RBTI_FACTOR] * normal / slide, 0.0, back) : 0.0;
     }
-    double c = kind == RBTI_TABULATED_RESISTANCE ? number : law[RBTI_FACTOR];
-    if (kind == RBTI_ORIENTATION)
+    double c = kind == RBTI_RESISTANCE_TABULATED ? number : law[RBTI_FACTOR];
+    if (kind == RBTI_RESISTANCE_EXPONENTIAL_ORIENTATION)
         c *= exp(law[RBTI_STRENGTH] * ahead);
     c = rbti_bounded(c, 0.0, 1e9) / size * normal;
     return c / (1.0 + 0.5 * RBTI_MOBILITY * c);

@@ -12,6 +12,7 @@ from pydantic import TypeAdapter
 from refusals import refused
 
 from sampler.files import data_directory
+from sampler.formats.bounds import RESISTANCE_LAWS, RESTITUTION_LAWS
 from tablegen.config.config import load_config, parse_config
 from tablegen.config.pairs import ResistanceLaw, RestitutionLaw, kernel_entries
 from tablegen.measured.compare import compare
@@ -56,16 +57,19 @@ def test_a_law_in_a_file_is_the_law_in_the_kernel(law, expected):
 
 
 @pytest.mark.parametrize(
-    ("kind", "records", "samples"),
-    [("restitution", RestitutionLaw, RESTITUTION), ("resistance", ResistanceLaw, RESISTANCE)],
+    ("kind", "records", "names", "samples"),
+    [
+        ("restitution", RestitutionLaw, RESTITUTION_LAWS, RESTITUTION),
+        ("resistance", ResistanceLaw, RESISTANCE_LAWS, RESISTANCE),
+    ],
 )
-def test_every_law_has_a_kernel_a_sample_and_a_row_on_the_page(kind, records, samples):
+def test_every_law_has_a_record_a_sample_and_a_row_on_the_page(kind, records, names, samples):
     laws = [
         TypeAdapter(records).validate_json(json.dumps(law | SOURCE)) for law in samples.values()
     ]
     assert {type(law) for law in laws} == set(get_args(records))
-    codes = [kernel_entries(law)[f"{kind}_law"] for law in laws]
-    assert sorted(codes) == list(range(len(codes)))
+    assert {law.law for law in laws} == set(names)
+    assert all(kernel_entries(law) for law in laws)
     page = (data_directory() / "LAWS.md").read_text(encoding="utf-8")
     section = page.partition(f"## `[pair.{kind}]`")[2].partition("\n## ")[0]
     rows = dict(re.findall(r'^\| `"([^"]+)"` \|(.*)$', section, re.M))
