@@ -89,6 +89,16 @@ def is_masked(values: Any) -> bool:
     return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
 
 
+def unit_of(values: Any) -> Any:
+    """Find the unit that values carry, as those of astropy, pint and xarray do; None if none."""
+    if isinstance(values, list | tuple):
+        units = (unit_of(value) for value in values if type(value) is not float)
+        return next((unit for unit in units if unit is not None), None)
+    if type(values) in (float, int, np.ndarray, np.float64):  # of most calls
+        return None
+    return getattr(values, "unit", getattr(values, "units", None))
+
+
 def check_kind(name: str, array: Any, kinds: str, allowed: str) -> None:
     """Refuse an array of another kind of numbers; an empty one has no kind yet."""
     if array.size and array.dtype.kind not in kinds:
@@ -99,6 +109,11 @@ def _numeric(name: str, values: ArrayLike, kinds: str, allowed: str) -> NDArray[
     """Make an array of one of the dtype kinds."""
     if is_masked(values):  # numpy would hand on the numbers under the mask
         raise InputError(name, "a masked array", f"{allowed} without a mask")
+    if (unit := unit_of(values)) is not None:  # which numpy would drop
+        problem = f"carries the unit {value_text(str(unit))}"
+        raise InputError(
+            name, problem=problem, remedy="give plain numbers, in the unit that help() states"
+        )
     try:
         array = np.asarray(values)
     except ValueError:

@@ -1,7 +1,8 @@
 """Command line of the runtime: ``sampler draw``, ``export`` and ``list``; ``--include-dir``.
 
-Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted. Bad input gives one line on
-standard error and leaves no output. A command imports in its function what does its work.
+Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted, 141 standard output has no
+reader. Bad input gives one line on standard error and leaves no output. A command imports in its
+function what does its work.
 """
 
 import math
@@ -250,7 +251,8 @@ def _print_include_directory(ctx: click.Context, _: click.Parameter, given: bool
 def cli() -> None:
     """Draw rebound states of non-spherical particles from a table.
 
-    Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted.
+    Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted, 141 standard output has
+    no reader.
     """
 
 

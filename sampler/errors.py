@@ -210,6 +210,17 @@ class InputError(ValueError):
         return self.replaced(source=f"{source}: {self.source}" if self.source else str(source))
 
 
+class OutputError(InputError):
+    """An output that cannot be written; the fields are those of `InputError`, and its `path`.
+
+    A command names the option that gave the path in place of the argument.
+    """
+
+    def __init__(self, argument: str = "output", *, path: object = None, **fields: Any) -> None:
+        super().__init__(argument, **fields)
+        self.path = path
+
+
 class TableError(InputError):
     """A file that cannot be used as a rebound table; the fields are those of `InputError`."""
 

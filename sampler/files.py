@@ -1,15 +1,20 @@
 """Files that come with the package, by name; input files; outputs written whole or not at all."""
 
 import json
+import math
 import os
 import re
 import secrets
+import shutil
+import stat
+import sys
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, BinaryIO, NoReturn
 
-from sampler.errors import InputError
+from sampler.errors import InputError, OutputError
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -17,6 +22,9 @@ _PACKAGE = Path(__file__).resolve().parent
 _FOLDERS = {".csv": "measurements"}
 
 _FIELD = re.compile(r"#\s*([a-z][a-z_]*):\s+(\S.*)")
+
+#: A decimal number. Python's `float` also takes 1_20 for 120, and the digits of other scripts.
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 
 #: Outputs that no file had the name of when they were checked, until they are written. Whoever
 #: checks an output before long work and whoever writes it at the end share nothing but its path.
@@ -135,65 +143,131 @@ def read_file(what: str, path: str | os.PathLike[str]) -> bytes:
 
 
 def check_output(path: str | Path) -> Path:
-    """Refuse an output that cannot be written, before any work is done; raises `InputError`.
+    """Refuse an output that cannot be written, before any work is done; raises `OutputError`.
 
     If no file has this name now, the write at the end does not replace one that appears until then.
     """
-    given = _check_place(path)
-    target = os.path.realpath(given)
-    if not os.path.exists(target):
-        _absent.add(target)
-    elif target in _absent:
+    given, target = _check_place(path)
+    if is_stream(given):
+        return given
+    try:  # a permission says little: a folder of the system or a full disk takes no file either
+        descriptor, probe = tempfile.mkstemp(prefix=f".{target.name[:40]}.", dir=target.parent)
+    except OSError as error:
+        raise _unwritable(given, error) from error
+    os.close(descriptor)
+    os.unlink(probe)
+    if not target.exists():
+        _absent.add(str(target))
+    elif str(target) in _absent:
         _refuse_new_file(given, target)
     return given
 
 
-def _check_place(path: str | Path) -> Path:
-    """Refuse an output that cannot be written."""
-    given = Path(path)
+def is_stream(path: str | Path) -> bool:
+    """Tell whether an output is written into and not replaced.
+
+    So are a pipe, a device such as /dev/null, and the file of standard output or standard error,
+    whose further lines would go to a file without a name.
+    """
     try:
-        given.stat()
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return False
+    return (
+        stat.S_ISFIFO(status.st_mode)
+        or stat.S_ISCHR(status.st_mode)
+        or _standard_stream(status) is not None
+    )
+
+
+def _standard_stream(status: os.stat_result) -> int | None:
+    """Find the descriptor of standard output or standard error that is open on this file."""
+    for descriptor in (1, 2):
+        with suppress(OSError):
+            if os.path.samestat(status, os.fstat(descriptor)):
+                return descriptor
+    return None
+
+
+def _open_stream(path: Path) -> BinaryIO:
+    """Open an output that is written into."""
+    descriptor = _standard_stream(os.stat(path))
+    if descriptor is None:
+        return open(path, "wb")
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        stream.flush()
+    return os.fdopen(os.dup(descriptor), "wb")
+
+
+def _check_place(path: str | Path) -> tuple[Path, Path]:
+    """Refuse an output that no file can be, and return its path as given and the file itself."""
+    given = Path(path)
+    if os.path.basename(path) in ("", "."):
+        raise OutputError(path=given, problem=f"{path} is a folder", remedy="give a file name")
+    try:
+        mode = given.stat().st_mode
     except FileNotFoundError:
-        pass
+        mode = stat.S_IFREG
     except (OSError, ValueError) as error:  # a name that is too long, for example
         raise _unwritable(given, error) from error
-    if os.path.isdir(given):
-        raise InputError("output", problem=f"{given} is a folder", remedy="give a file name")
-    folder = Path(os.path.realpath(given)).parent
-    if not os.path.isdir(folder):
-        problem = f"cannot write {given}: there is no folder {folder}"
-        raise InputError("output", problem=problem)
-    if not os.access(folder, os.W_OK | os.X_OK):
-        problem = f"cannot write {given}: no permission to write into {folder}"
-        raise InputError("output", problem=problem)
-    return given
+    if stat.S_ISDIR(mode):
+        raise OutputError(path=given, problem=f"{given} is a folder", remedy="give a file name")
+    if stat.S_ISBLK(mode) or stat.S_ISSOCK(mode):
+        raise OutputError(
+            path=given, problem=f"{given} is a disk or a socket", remedy="give a file name"
+        )
+    try:
+        target = Path(os.path.realpath(given))
+    except OSError as error:
+        raise OutputError(
+            path=given, problem=f"cannot write {given}: the working folder is gone"
+        ) from error
+    if not is_stream(given) and not target.parent.is_dir():
+        raise OutputError(
+            path=given, problem=f"cannot write {given}: there is no folder {target.parent}"
+        )
+    return given, target
 
 
-def _unwritable(path: Path, error: Exception) -> InputError:
+def _unwritable(path: Path, error: Exception) -> OutputError:
     reason = getattr(error, "strerror", None) or error
-    return InputError("output", problem=f"cannot write {path}: {reason}")
+    return OutputError(path=path, problem=f"cannot write {path}: {reason}")
 
 
-def _refuse_new_file(given: Path, target: str) -> NoReturn:
+def _refuse_new_file(given: Path, target: Path) -> NoReturn:
     """Refuse to replace a file that has appeared since the output was checked."""
-    _absent.discard(target)
-    problem = f"{given} was written by another program during this run, and is kept"
-    raise InputError("output", problem=problem, remedy="move it away, and run this command again")
+    _absent.discard(str(target))
+    problem = f"{given} has appeared since this output was checked, and is kept"
+    raise OutputError(
+        path=given, problem=problem, remedy="move it away, and run this command again"
+    )
 
 
 @contextmanager
 def atomic_output(path: str | Path) -> Iterator[Path]:
     """Give a temporary path beside `path`, moved to `path` when the block ends well.
 
-    Otherwise nothing is left behind, and a file that was there before stays as it was.
+    Otherwise nothing is left behind, and a file that was there before stays as it was. What is no
+    regular file is not replaced: the bytes are written into it when the block has ended.
 
     Raises
     ------
-    InputError
+    OutputError
         If the path cannot be written, or another program wrote it since `check_output`.
     """
-    given = _check_place(path)
-    target = Path(os.path.realpath(given))
+    given, target = _check_place(path)
+    if is_stream(given):
+        with tempfile.TemporaryDirectory() as folder:
+            temporary = Path(folder) / given.name
+            yield temporary
+            try:
+                with open(temporary, "rb") as whole, _open_stream(given) as stream:
+                    shutil.copyfileobj(whole, stream)
+            except BrokenPipeError:
+                raise  # no fault of the output: the reader has had enough
+            except OSError as error:
+                raise _unwritable(given, error) from error
+        return
     temporary = target.with_name(f".{target.name[:40]}.{secrets.token_hex(8)}.tmp")
     try:
         yield temporary
@@ -215,27 +289,27 @@ def _move_to_new(temporary: Path, target: Path, given: Path) -> None:
     try:
         os.link(temporary, target)  # unlike a rename, it never replaces a file
     except FileExistsError:
-        _refuse_new_file(given, str(target))
+        _refuse_new_file(given, target)
     except OSError:  # a file system without hard links
         if target.exists():
-            _refuse_new_file(given, str(target))
+            _refuse_new_file(given, target)
         os.replace(temporary, target)
     _absent.discard(str(target))
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write a text file in UTF-8, whole or not at all; raises `InputError` as `atomic_output`."""
+    """Write a text file in UTF-8, whole or not at all; raises `OutputError` as `atomic_output`."""
     write_bytes(path, text.encode())
 
 
 def write_bytes(path: str | Path, data: bytes) -> None:
-    """Write a file, whole or not at all; raises `InputError` as `atomic_output`."""
+    """Write a file, whole or not at all; raises `OutputError` as `atomic_output`."""
     with atomic_output(path) as temporary:
         temporary.write_bytes(data)
 
 
 def write_arrays(path: str | Path, **arrays: Any) -> None:
-    """Write arrays by name as .npz, whole or not at all; raises `InputError` as `atomic_output`.
+    """Write arrays by name as .npz, whole or not at all; raises `OutputError` as `atomic_output`.
 
     Raises
     ------
@@ -260,6 +334,11 @@ def json_text(data: Mapping[str, object] | Sequence[object], indent: int | None 
         If a number is not finite, which JSON does not have.
     """
     return json.dumps(data, indent=indent, allow_nan=False) + "\n"
+
+
+def parse_number(text: str) -> float:
+    """Read a decimal number; returns NaN for any other text."""
+    return float(text) if _NUMBER.fullmatch(text) else math.nan
 
 
 def commented_fields(text: str) -> dict[str, str]:

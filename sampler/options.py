@@ -2,21 +2,24 @@
 
 import errno
 import math
+import os
 import sys
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
 
-from sampler.errors import InputError, printable
-from sampler.files import available, check_output
+from sampler.errors import InputError, OutputError, printable
+from sampler.files import available, check_output, is_stream, parse_number
 
-#: Exit statuses: all is well, an accuracy was missed, bad input, any other failure, Ctrl-C. The 1
-#: of Python itself, for an uncaught exception, would look like a missed accuracy.
-DONE, MISSED, BAD_INPUT, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+#: Exit statuses: all is well, an accuracy was missed, bad input, any other failure, Ctrl-C, and no
+#: reader of standard output, for which shells show the same number. The 1 of Python itself, for an
+#: uncaught exception, would look like a missed accuracy.
+DONE, MISSED, BAD_INPUT, FAILED, INTERRUPTED, NO_READER = 0, 1, 2, 3, 130, 141
 
 #: Longest line on standard error: a given value may be a file.
 _LONGEST_LINE = 4000
@@ -43,6 +46,17 @@ class Program(click.Group):
 class Command(click.Command):
     """Command of both programs, whose outputs are no inputs and whose examples name the program."""
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse the words; raises `InputError` if an option is given twice.
+
+        Click takes the last one.
+        """
+        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        for param in given:
+            if given.count(param) > 1 and not param.multiple and not ctx.resilient_parsing:
+                raise InputError(flag_of(param), problem="is given twice", remedy="give it once")
+        return super().parse_args(ctx, args)
+
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; raises `InputError` if an output is also an input or another output.
 
@@ -54,26 +68,36 @@ class Command(click.Command):
         except InputError as error:
             if error.source:  # a field of a file
                 raise
-            raise error.replaced(argument=self._typed(error.argument)) from error
+            raise error.replaced(argument=self._typed(ctx, error)) from error
 
-    def _typed(self, argument: str) -> str:
+    def _typed(self, ctx: click.Context, error: InputError) -> str:
         """Return the first option that may have given an argument, by name or kind of file.
 
-        An error about an output names its file, and may be about any of several outputs.
+        An error about an output knows its path.
         """
+        argument = error.argument
+        path = error.path if isinstance(error, OutputError) else None
         for param in self.params:
-            kind = getattr(param.type, "kind_of_file", None)
-            if argument in (param.name, kind) and not isinstance(param.type, OutputFile):
+            if path is not None and ctx.params.get(str(param.name)) == path:
+                return flag_of(param)
+        for param in self.params:
+            if argument in (param.name, getattr(param.type, "kind_of_file", None)):
                 return flag_of(param) if isinstance(param, click.Option) else argument
         return argument
 
     def _check_outputs(self, ctx: click.Context) -> None:
         """Refuse an output that is also an input or another output."""
         named = [(p.opts[0], p.type, ctx.params.get(str(p.name))) for p in self.params]
-        taken = {_identity(v): n for n, kind, v in named if not isinstance(kind, OutputFile) and v}
+        inputs = [
+            (name, value)
+            for name, kind, values in named
+            if isinstance(kind, Named | click.Path) and values
+            for value in (values if isinstance(values, tuple) else (values,))
+        ]
+        taken = {os.path.realpath(value): name for name, value in inputs if os.path.exists(value)}
         for name, kind, value in named:
             if isinstance(kind, OutputFile) and value is not None:
-                key = _identity(value)
+                key = os.path.realpath(value)
                 if key in taken:
                     problem = f"{value} is the file that {taken[key]} names, too"
                     raise InputError(name, problem=problem, remedy="give another file")
@@ -87,13 +111,8 @@ class Command(click.Command):
             formatter.write_text(str(self.epilog).replace("PROGRAM", program))
 
 
-def _identity(value: Any) -> Any:
-    """Return the absolute path of a file name; of another value its identity."""
-    return Path(value).resolve() if isinstance(value, str | Path) else id(value)
-
-
 #: Numbers of errors of a file, such as standard output, to which nothing more can be written.
-_NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+_NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 
 
 def run_program(program: Program, argv: Sequence[str] | None, context: Any = None) -> int:
@@ -111,11 +130,11 @@ def run_program(program: Program, argv: Sequence[str] | None, context: Any = Non
         For the commands, as ``ctx.obj``.
     """
     words = list(sys.argv[1:] if argv is None else argv)
+    _open_standard_output()
     try:
-        status = program.main(
-            args=words, obj=context, prog_name=program.name, standalone_mode=False
-        )
-        return status if isinstance(status, int) else DONE
+        status = _run(program, words, context)
+        sys.stdout.flush()
+        return status
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
         return BAD_INPUT
@@ -129,22 +148,64 @@ def run_program(program: Program, argv: Sequence[str] | None, context: Any = Non
     except MemoryError:
         line = "error: there is not enough memory; ask for a smaller count, or fewer samples"
         return ended(program, BAD_INPUT, line)
+    except BrokenPipeError:  # as of `| head`; other programs say nothing of it, either
+        return NO_READER
     except OSError as error:  # of the system; files of outputs are named by an InputError
-        place = error.filename
-        if place is None and error.errno in _NO_SPACE:
-            place = "cannot write to standard output"
-        if place is None:  # such as a connection that broke
-            return ended(program, FAILED, f"error: {error}")
-        return ended(program, BAD_INPUT, f"error: {place}: {error.strerror}")
+        if error.filename is not None:
+            return ended(program, BAD_INPUT, f"error: {error.filename}: {error.strerror}")
+        if error.errno in _NO_SPACE:
+            line = f"error: cannot write to standard output: {error.strerror}"
+            return ended(program, FAILED, line)
+        return ended(program, FAILED, f"error: {error}")  # such as a connection that broke
     except Exception as error:
-        traceback.print_exception(error)
+        with suppress(OSError):
+            traceback.print_exception(error)
         line = f"error: a defect of the program, please report it; {type(error).__name__}: {error}"
         return ended(program, FAILED, line)
+    finally:
+        _drop_unwritten()
+
+
+def _run(program: Program, words: list[str], context: Any) -> int:
+    """Run a command line; click's own `main` would end with 1 if a pipe breaks."""
+    name = str(program.name)
+    if f"_{name}_COMPLETE".upper() in os.environ:  # a shell asks how a word may go on
+        program.main(words, name, obj=context, standalone_mode=False)
+    try:
+        with program.make_context(name, words, obj=context) as ctx:
+            status = program.invoke(ctx)
+    except click.exceptions.Exit as error:  # after --help, for example
+        status = error.exit_code
+    return status if isinstance(status, int) else DONE
+
+
+def _open_standard_output() -> None:
+    """If standard output is closed, open it such that nothing can be written to it.
+
+    Otherwise all that is printed would be lost without a word, or go to the first file that the
+    program opens, which gets the free descriptor.
+    """
+    if sys.stdout is None:
+        while os.open(os.devnull, os.O_RDONLY) < 1:
+            pass  # standard input is closed, too
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+
+
+def _drop_unwritten() -> None:
+    """Drop what cannot be written: the interpreter would try it again, and end with 120."""
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        try:
+            stream.flush()
+        except OSError:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
 
 
 def ended(program: Program, status: int, line: str) -> int:
     """Write the line on how a program ended and return its status."""
-    click.echo(f"{program.name}: {_one_line(line)}", err=True)
+    with suppress(OSError):  # standard error is closed or full
+        click.echo(f"{program.name}: {_one_line(line)}", err=True)
     return status
 
 
@@ -158,7 +219,8 @@ def _one_line(text: str) -> str:
 
 def note(program: str, line: str) -> None:
     """Write a note to the user of a program, on standard error."""
-    click.echo(f"{program}: note: {_one_line(line)}", err=True)
+    with suppress(OSError):  # what is said by the way ends no work
+        click.echo(f"{program}: note: {_one_line(line)}", err=True)
 
 
 #: Whether an output may be replaced, in the ``meta`` of a context.
@@ -194,7 +256,8 @@ class OutputFile(click.ParamType):
         if self.suffixes and path.suffix not in self.suffixes:
             allowed = f"a name that ends in {' or '.join(self.suffixes)}"
             raise InputError(flag, str(value), allowed)
-        if ctx is not None and ctx.meta.get(_OVERWRITE) is False and path.exists():
+        kept = ctx is not None and ctx.meta.get(_OVERWRITE) is False
+        if kept and path.exists() and not is_stream(path):
             remedy = "give a new name, or --overwrite"
             raise InputError(flag, problem=f"{value} exists", remedy=remedy)
         return path
@@ -242,8 +305,8 @@ class Number(click.ParamType):
     ) -> float:
         """Parse and check one value."""
         try:
-            number = self.kind(value)
-        except ValueError:
+            number = math.nan if math.isnan(parse_number(str(value))) else self.kind(value)
+        except ValueError:  # 1e3 is no integer
             number = math.nan
         if not self.low <= number <= self.high:
             raise InputError(flag_of(param), repr(value), self.allowed)

@@ -15,6 +15,9 @@ from sampler.errors import CODES, FLAGS, InputError, OutsideTableWarning
 from sampler.formats.bounds import ANY_SPEED
 from sampler.library import Report
 
+#: Half-size [m] above which one warning asks for the unit: it is nearly always micrometres.
+_LARGE = 0.1
+
 _CODES = {code.number: code for code in CODES}
 
 
@@ -40,6 +43,7 @@ class RowCodes:
     def __init__(self, pair: str, covered: Covered, outside: Literal["clamp", "raise"]) -> None:
         self.pair, self.covered, self.outside = pair, covered, outside
         self.counts = dict.fromkeys(FLAGS, 0)
+        self._warned_of_size = False
         self._lock = threading.Lock()
 
     def __reduce__(self) -> tuple[type["RowCodes"], tuple[str, Covered, str]]:
@@ -63,6 +67,7 @@ class RowCodes:
 
     def count(self, call: Call, report: Report, stacklevel: int) -> None:
         """Count the flags of rows without errors; warn of each kind once, at the line that drew."""
+        self._warn_of_size(call, stacklevel + 1)
         if report.codes is None:
             return
         codes, numbers = report.codes, dict(zip(FLAGS, report.counts, strict=True))
@@ -73,6 +78,20 @@ class RowCodes:
             else:
                 first = self._outside(call, row, FLAGS[kind])
             warnings.warn(OutsideTableWarning(first, numbers[kind], kind), stacklevel=stacklevel)
+
+    def _warn_of_size(self, call: Call, stacklevel: int) -> None:
+        """Warn once of half-sizes that are probably not in metres."""
+        sizes = call.rows.arrays.get("half_size")
+        if sizes is None or self._warned_of_size or not (sizes > _LARGE).any():
+            return
+        self._warned_of_size = True
+        row = int((sizes > _LARGE).argmax())
+        problem = f"{float(sizes[row]):.6g} m is very large"
+        remedy = "give metres: 20 micrometres are 20e-6"
+        warnings.warn(
+            str(call.refusal(row, "half_size", problem=problem).replaced(remedy=remedy)),
+            stacklevel=stacklevel,
+        )
 
     def _add(self, numbers: dict[str, int]) -> list[str]:
         """Add numbers, from any thread; return the kinds that were met for the first time."""

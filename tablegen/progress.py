@@ -1,6 +1,7 @@
 """Show the progress of long work: a bar on a terminal, or a line every half minute in a log."""
 
 import sys
+from contextlib import suppress
 from typing import Any, TextIO
 
 from tqdm import tqdm
@@ -20,11 +21,13 @@ class _LineFile:
     def write(self, text: str) -> None:
         """Write a state of the bar. A cleared bar is empty, and nothing is written."""
         if line := text.strip("\r\n ").removeprefix(": "):
-            self._file.write(f"tablegen: {line}\n")
+            with suppress(OSError):  # a log that is full or has no reader ends no work
+                self._file.write(f"tablegen: {line}\n")
 
     def flush(self) -> None:
         """Flush the file; tqdm needs this method."""
-        self._file.flush()
+        with suppress(OSError):
+            self._file.flush()
 
 
 def draws_over(file: TextIO) -> bool:
@@ -46,6 +49,7 @@ def bar(shown: bool, unit: str = "step", **settings: Any) -> tqdm:
     **settings
         Arguments of tqdm: ``total``, ``desc``, ``initial``, ``postfix``, ``unit_scale``.
     """
+    shown = shown and sys.stderr is not None  # None: standard error is closed
     if not shown or draws_over(sys.stderr):
         return tqdm(unit=unit, disable=not shown, **settings)
     return tqdm(

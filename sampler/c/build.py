@@ -55,6 +55,7 @@ SECTIONS = (
 )
 
 #: No product is fused with a sum, which keeps the bits; nobody reads errno or floating-point traps.
+#: The library calls its own functions, whatever other library of the process has the same names.
 FLAGS = (
     "-std=gnu11",
     "-O3",
@@ -62,6 +63,7 @@ FLAGS = (
     "-fno-math-errno",
     "-fno-trapping-math",
     "-fPIC",
+    "-fvisibility=protected",
     "-shared",
     "-DREBOUND_SAMPLER_IMPLEMENTATION",
 )

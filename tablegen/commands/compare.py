@@ -80,10 +80,10 @@ def compare(
     if not any(math.isnan(one.rms) for one in results):
         results.sort(key=lambda one: one.rms)
     one = len(results) == 1
-    click.echo(comparison.comparison_text(*results) if one else comparison.ranking_text(results))
     if json_file:
-        trees = [comparison.comparison_tree(one) for one in results]
+        trees = [comparison.comparison_tree(result) for result in results]
         write_text(json_file, json_text(trees[0] if one else {"ranking": trees}))
     if picture:
         write_bytes(picture, comparison_picture(results[0], picture.name).data)
+    click.echo(comparison.comparison_text(*results) if one else comparison.ranking_text(results))
     return DONE

@@ -1,7 +1,8 @@
 """Command line of the generator: ``tablegen`` and its commands.
 
-Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted. A mistake
-in what the user typed gives one line on standard error, and no output is written.
+Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted, 141
+standard output has no reader. A mistake in what the user typed gives one line on standard error,
+and no output is written.
 """
 
 from collections.abc import Sequence
@@ -40,7 +41,8 @@ from tablegen.config import require_generator
 def cli() -> None:
     """Simulate rebounds of non-spherical particles, and make tables to draw rebounds from.
 
-    Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted.
+    Exit status: 0 done, 1 accuracy missed, 2 bad input, 3 any other failure, 130 interrupted, 141
+    standard output has no reader.
     """
 
 

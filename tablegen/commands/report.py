@@ -63,7 +63,6 @@ def report(
     if html_file:  # refuse before the work
         require_matplotlib("--html")
     measured = measure_report(table, beside, quick=quick, seed=seed, progress=progress)
-    click.echo(render_text(report_sections(measured)))
     if json_file:
         write_text(json_file, json_text(measured.to_dict()))
     if picture:
@@ -71,5 +70,7 @@ def report(
     if html_file:
         page = report_page(measured)
         write_text(html_file, page)
+    click.echo(render_text(report_sections(measured)))
+    if html_file:
         click.echo(f"{html_file}: {len(page.encode()) / 1e6:.1f} MB")
     return DONE

@@ -173,10 +173,8 @@ def _chosen_particles(
         problem = "is given with --particle, whose mesh has its own ratios"
         raise InputError("--aspect", problem=problem, remedy="leave it out")
     mesh = read_mesh(particle)
-    if not mesh.is_convex:
-        size = f", of {1.0 / mesh.solidity:.4g} times its volume," if mesh.solidity else ""
-        kind = "not convex" if mesh.solidity else "open, or its faces turn both ways"
-        note("tablegen", f"{mesh.name} is {kind}; its convex hull{size} is simulated")
+    if text := mesh.hull_text():
+        note("tablegen", text)
     if len(mesh.vertices) < mesh.corners:
         note(
             "tablegen",

@@ -103,11 +103,11 @@ def stability(
         threads=threads,
         progress=progress,
     )
-    click.echo(render_text([study_section(study)]))
     if json_file:
         write_text(json_file, json_text(study.to_dict(), indent=None))
     if html_file:
         pictures = [chain_picture(study.chains)] if study.chains else []
         section = study_section(study, pictures)
         write_text(html_file, render_page(section.heading, [section]))
+    click.echo(render_text([study_section(study)]))
     return DONE if study.holds else MISSED

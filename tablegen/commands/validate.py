@@ -109,13 +109,14 @@ def validate(
     if store:
         check_store(table, at is not None)
     result = compare(table, at=at, **settings)
-    print_validation(result, details)
     if json_file:
         write_text(json_file, json_text(result.to_dict()))
     if html_file:
         write_text(html_file, validation_page(result))
-    if store:
-        click.echo(f"{table}: accuracy stored, content SHA-256 {store_accuracy(table, result)}")
+    checksum = store_accuracy(table, result) if store else None
+    print_validation(result, details)
+    if checksum is not None:
+        click.echo(f"{table}: accuracy stored, content SHA-256 {checksum}")
     return MISSED if result.missed else DONE
 
 

@@ -8,8 +8,10 @@ pose of the mesh in it matter; a mirror image is another particle.
 
 import io
 import os
+import re
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull
 
 from sampler.errors import InputError
-from sampler.files import read_file
+from sampler.files import parse_number, read_file
 from tablegen.config.solids import FlatError, mass_of, principal_axes, true_vertices
 from tablegen.config.support_map_builder import make_map
 from tablegen.model.float_array import FloatArray
@@ -87,14 +89,29 @@ class MeshFile:
     vertices: Vertices
     #: Number of corners before.
     corners: int
-    #: Volume of the mesh over that of its convex hull, 1 for a convex mesh; None where the surface
-    #: is open, or its faces disagree on the outside.
+    #: Volume of the mesh over that of its convex hull, 1 for a convex mesh; None if the surface
+    #: encloses no volume.
     solidity: float | None
+    #: Whether the surface has an edge that belongs to one face only.
+    is_open: bool
 
     @property
     def is_convex(self) -> bool:
         """Whether the hull adds less than a thousandth of its volume to the mesh."""
         return self.solidity is not None and self.solidity > CONVEX
+
+    def hull_text(self) -> str:
+        """Say what the convex hull, which is simulated, adds to the mesh; empty if nothing."""
+        if self.is_convex:
+            return ""
+        if self.solidity:
+            size = f"of {1.0 / self.solidity:.4g} times its volume"
+            return f"{self.name} is not convex; its convex hull, {size}, is simulated"
+        reason = "is open" if self.is_open else "has faces that do not agree on the outside"
+        return (
+            f"{self.name} {reason}, so nobody knows what its convex hull, which is simulated, adds "
+            "to it"
+        )
 
 
 def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
@@ -104,11 +121,7 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     has a size outside of `MESH_SIZE`. See `thinned` for a hull of many corners.
     """
     path = Path(path)
-    points, faces = _triangles(path)
-    if len(faces) == 0:
-        raise _refused(path, "which has no faces", "the mesh of a surface")
-    if problem := _size_problem(points):
-        raise _refused(path, f"with {problem}", _SIZES)
+    points, faces = _surface(path)
     if path.suffix.lower() == ".stl" and (problem := _lost_digits(points)):
         remedy = "move it to the origin before you write it as STL"
         raise InputError("particle", str(path), problem=problem, remedy=remedy)
@@ -117,11 +130,11 @@ def read_mesh(path: str | os.PathLike[str]) -> MeshFile:
     except FlatError as error:
         raise _refused(path, "which is flat", "a mesh that encloses a volume") from error
     size = np.ptp(points, axis=0).max()
-    volume = _enclosed_volume(points / size, faces)
+    is_open, volume = _enclosed_volume(points / size, faces)
     hull = ConvexHull((corners - corners.mean(axis=0)) / size)
     vertices: Vertices = tuple(map(tuple, thinned(corners).tolist()))
     solidity = None if volume is None else volume / mass_of(hull).volume
-    return MeshFile(path.name, vertices, len(corners), solidity)
+    return MeshFile(path.name, vertices, len(corners), solidity, is_open)
 
 
 def thinned(corners: FloatArray) -> FloatArray:
@@ -205,35 +218,92 @@ def _size_problem(points: FloatArray) -> str | None:
     return f"an extent of {extent:g}" if 0.0 < extent < MESH_SIZE.low else None
 
 
+def _surface(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Read the surface of a file: triangles that have an area, and the vertices that they use."""
+    points, faces = _triangles(path)
+    if not len(faces):
+        raise _refused(path, "which has no faces", "the mesh of a surface")
+    if not 0 <= faces.min() <= faces.max() < len(points):
+        index = faces.min() if faces.min() < 0 else faces.max()
+        allowed = f"vertices 0 to {len(points) - 1}"
+        raise _refused(path, f"with a face of vertex {index}, counted from 0", allowed)
+    corners = points[faces]
+    if problem := _size_problem(corners.reshape(-1, 3)):
+        raise _refused(path, f"with {problem}", _SIZES)
+    sides = corners[:, 1:] - corners[:, :1]
+    faces = faces[np.cross(sides[:, 0], sides[:, 1]).any(axis=1)]
+    if not len(faces):
+        raise _refused(path, "whose faces have no area", "the mesh of a surface")
+    used, faces = np.unique(faces, return_inverse=True)
+    return points[used], faces.reshape(-1, 3)
+
+
 def _triangles(path: Path) -> tuple[FloatArray, NDArray[np.int64]]:
     """Read the vertices and triangles of a file."""
-    # importing it takes a second, which only meshes need
-    import trimesh
-
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
         raise _refused(path, "", f"a file ending in {', '.join(SUFFIXES)}")
-    # bytes have no folder from which trimesh could read materials and images that they name
-    content = io.BytesIO(read_file("particle", path))
+    content = read_file("particle", path)
     try:
-        mesh = trimesh.load_mesh(content, kind[1:], process=False, skip_materials=True)
+        return _triangles_of_obj(content) if kind == ".obj" else _by_trimesh(content, kind[1:])
     except Exception as error:
         # trimesh raises anything on a file of another kind than its suffix says
         given = f"which cannot be read as {kind[1:].upper()}"
         raise _refused(path, given, "a mesh file") from error
+
+
+def _by_trimesh(content: bytes, kind: str) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Read the vertices and triangles of an STL or PLY file."""
+    # importing it takes a second, which only meshes need
+    import trimesh
+
+    # bytes have no folder from which trimesh could read images that they name
+    mesh = trimesh.load_mesh(io.BytesIO(content), kind, process=False)
     return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
 
 
-def _enclosed_volume(points: FloatArray, faces: NDArray[np.int64]) -> float | None:
-    """Compute the volume within a surface of unit size, if it encloses one."""
+def _triangles_of_obj(content: bytes) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Read the vertices and faces of an OBJ file; cut faces of many sides into triangles.
+
+    Not by trimesh, which counts negative indices from the last vertex of the whole file, and 0 as
+    the last vertex. By the format they count from the vertex above the face, and there is no 0.
+    """
+    points = list[tuple[float, float, float]]()
+    faces = list[tuple[int, int, int]]()
+    content = re.sub(rb"\\\r?\n", b" ", content)  # a line that goes on on the next
+    for line in io.TextIOWrapper(io.BytesIO(content), encoding="utf-8", errors="replace"):
+        words = line.partition("#")[0].split()
+        if words[:1] == ["v"]:
+            x, y, z = map(parse_number, words[1:4])
+            points.append((x, y, z))
+        elif words[:1] == ["f"]:
+            first, *others = [_index_in_obj(word, len(points)) for word in words[1:]]
+            faces += [(first, second, third) for second, third in pairwise(others)]
+    return np.array(points), np.array(faces, dtype=np.int64)
+
+
+def _index_in_obj(word: str, above: int) -> int:
+    """Read the vertex of a corner such as 7, 7/1 or -3//2, counted from 0.
+
+    It is below 0 if there is no such vertex among those above the face.
+    """
+    number = word.partition("/")[0]
+    if not re.fullmatch(r"-?\d+", number, re.ASCII):
+        raise ValueError(word)
+    index = int(number)
+    return index - 1 if index > 0 else above + index if index else -1
+
+
+def _enclosed_volume(points: FloatArray, faces: NDArray[np.int64]) -> tuple[bool, float | None]:
+    """Tell whether a surface of unit size is open, and compute the volume within, if any."""
     import trimesh
 
     # trimesh merges vertices by an absolute distance, so the size matters
     surface = trimesh.Trimesh(points - points.mean(axis=0), faces, process=True)
     surface.update_faces(surface.nondegenerate_faces())
     if not (surface.is_watertight and surface.is_winding_consistent):
-        return None
-    return float(abs(np.linalg.det(surface.triangles).sum()) / 6.0)
+        return not surface.is_watertight, None
+    return False, float(abs(np.linalg.det(surface.triangles).sum()) / 6.0)
 
 
 def _refused(path: Path, problem: str, allowed: str) -> InputError:

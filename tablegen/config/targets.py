@@ -1,11 +1,13 @@
 """The accuracy that a table declares or a user asks for, with and without a spin law."""
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, ValidationError, create_model, model_validator
 
 from sampler.errors import InputError
+from sampler.files import parse_number
 from tablegen.config.complaints import complaint
 from tablegen.config.field_types import Record
 from tablegen.config.metric_table import (
@@ -82,6 +84,14 @@ def asked_accuracy(declared: _Targets, text: str | None) -> _Targets:
         raise complaint(error, record, prefix).within("accuracy") from error
 
 
+def _limit(text: str) -> float:
+    """Read a limit; raises ValueError if it is no number."""
+    value = parse_number(text)
+    if math.isnan(value):
+        raise ValueError(text)
+    return value
+
+
 def _parsed(text: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """Parse the limits of the law of first impacts and of the spin law."""
     limits: dict[str, Any] = {}
@@ -94,9 +104,9 @@ def _parsed(text: str) -> tuple[dict[str, Any], dict[str, Any]]:
                 limits = {"preset": name, **PRESETS[name]}
                 spin = {"preset": name, **SPIN_PRESETS[name]}
             elif name in METRICS:
-                limits[name] = float(number)
+                limits[name] = _limit(number)
             elif of_spin != name and of_spin in (*METRICS, *CHAINS):
-                spin[of_spin] = float(number)
+                spin[of_spin] = _limit(number)
             else:
                 raise ValueError(name)
     except ValueError:

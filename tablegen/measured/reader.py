@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sampler.errors import InputError
-from sampler.files import commented_fields, find_measurements
+from sampler.files import commented_fields, find_measurements, parse_number
 from tablegen.config.complaints import shown
 from tablegen.config.config import read_text
 from tablegen.measured.measurements import QUANTITIES, SPREAD, Measurements, Moments
@@ -139,13 +139,21 @@ def parse_measurements(text: str, name: str, file: str) -> Measurements:
 
 
 def _lines(text: str, file: str) -> list[_Line]:
-    """Split all lines but comments into cells; a quoted cell may span several lines."""
-    cells_of = []
+    """Split the header and the rows into cells; a quoted cell may span several lines.
+
+    Comments stand above the header. Below it a line that begins with # may be a row.
+    """
+    cells_of = list[_Line]()
     lines = enumerate((f"{line}\n" for line in text.split("\n")), start=1)
     for number, line in lines:
         # Excel writes empty rows as commas, and quotes a comment that holds a comma.
-        if not line.strip(" \t,\n") or line.lstrip().startswith(("#", '"#')):
+        if not line.strip(" \t,\n"):
             continue
+        if line.lstrip().startswith(("#", '"#')):
+            if not cells_of:
+                continue
+            remedy = "delete it, or move a comment above the names of the columns"
+            raise _Line(file, number, ()).lack("a row begins with #", remedy)
         rest = chain([line], (further for _, further in lines))
         try:
             cells = next(csv.reader(rest, strict=True, skipinitialspace=True))
@@ -229,10 +237,7 @@ def _number(row: _Line, column: str) -> float:
     cell = row.cell(column)
     if not cell:
         return math.nan
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
+    value = parse_number(cell)
     if not math.isfinite(value):
         raise row.refusal(shown(cell), "a number, or an empty cell", column)
     return value

@@ -1,5 +1,8 @@
 """The C header as programs use it: several files, codes and their texts, memory, older tables."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import toolchain
@@ -26,6 +29,32 @@ def test_two_files_of_one_program(tmp_path):
     sources = [tmp_path / "library.c", tmp_path / "user.c"]
     program = toolchain.build("gcc", sources, tmp_path / "two", toolchain.QUICK)
     assert toolchain.run(program) == "there is not enough memory for this table\n"
+
+
+def test_the_library_of_python_calls_its_own_functions(tmp_path):
+    """A plugin with another version of the header was loaded first, for all to see."""
+    names = ("gas_torque", "spin_after", "half_size", "inertia", "critical_speed", "deposits")
+    functions = (f"int rbt_{name}(void) {{ abort(); }}" for name in (*names, "wall_tilt"))
+    source = tmp_path / "plugin.c"
+    source.write_text("\n".join(["#include <stdlib.h>", *functions, ""]))
+    flags = ["-shared", "-fPIC", "-Wno-strict-prototypes"]
+    plugin = toolchain.build("gcc", [source], tmp_path / "plugin.so", flags)
+    script = f"""
+import ctypes
+ctypes.CDLL({str(plugin)!r}, ctypes.RTLD_GLOBAL)
+import sampler
+spheres, grain = sampler.load("kharaz-2001"), [4, 1.0, 1.0]
+sampler.spin_after([0.0, 0.0, 1.0], 1e-3, 1e-22, 2e-5, 1.2, 1.8e-5)
+sampler.gas_torque([0.0, 0.0, 1.0], 2e-5, 1.2, 1.8e-5)
+sampler.half_size(spheres, 2e-5, grain), sampler.inertia(spheres, grain)
+sampler.deposits([0.0, -1.0, 0.0], [0.0, 1.0, 0.0], 0.1)
+sampler.critical_speed(1e-5, 2650.0, 95e9, 0.1, 200e9, 0.3)
+print(sampler.wall_tilt(2.0, 2.5, 50.0, 60.0).round(3))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "0.08\n"
 
 
 def test_texts_of_all_codes(library):

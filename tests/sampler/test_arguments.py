@@ -1,6 +1,7 @@
 """Arguments that numpy would quietly make something else of."""
 
 import enum
+import warnings
 
 import numpy as np
 import pytest
@@ -33,6 +34,53 @@ def test_masked_arrays_are_refused(table, name):
 def test_masked_arrays_are_refused_for_impacts(table, name):
     change = {name: np.ma.array(IMPACT.get(name, [0.0, 0.0, 0.0]))}
     refused(name, table.rebound, **(IMPACT | change), grain="fresh", seed=1, index=0)
+
+
+class WithUnit(np.ndarray):
+    """A quantity as of astropy; pint's has ``units``. Numpy makes plain numbers of it."""
+
+    unit = "um"
+
+
+class Quantity:
+    """A quantity as of pint."""
+
+    units = "um"
+
+    def __init__(self, number):
+        self.number = number
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array(self.number, dtype=dtype)
+
+
+QUANTITIES = (np.array(1.0).view(WithUnit), Quantity(1.0), [Quantity(1.0)], [[1.0, Quantity(2)]])
+
+
+@pytest.mark.parametrize("values", QUANTITIES, ids=("unit", "units", "list", "lists"))
+def test_quantities_with_units_are_refused(table, values):
+    for name in ("alpha1", "speed", "index", "hit"):
+        assert "carries the unit 'um'" in refused(name, _sample, table, **{name: values})
+    for name in (*IMPACT, "wall_velocity", "roughness"):
+        given = IMPACT | {name: values}
+        refused(name, table.rebound, **given, grain="fresh", seed=1, index=0)
+    refused("alpha1", table.mean, values, 100.0)
+    refused("p", table.quantile, values, "u", 0.5, 100.0)
+    refused("time", sampler.spin_after, [0.0, 0.0, 1.0], values, 1e-22, 2e-5, 1.2, 1.8e-5)
+
+
+def test_a_large_half_size_is_warned_of_once(contents):
+    table, keys = sampler.Table(contents), {"grain": "fresh", "seed": 1, "index": [0, 1]}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for sizes in ([0.1, 0.05], [0.05, 20.0], [20.0, 20.0]):
+            given = IMPACT | {"velocity": 2 * [IMPACT["velocity"]], "half_size": sizes}
+            table.rebound(**given, **keys)
+    (warning,) = (w for w in caught if "half_size" in str(w.message))
+    assert str(warning.message) == (
+        "half_size: 20 m is very large at row 1 (particle 1); give metres: 20 micrometres are 20e-6"
+    )
+    assert warning.filename == __file__
 
 
 @pytest.mark.parametrize(

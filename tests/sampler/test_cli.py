@@ -2,6 +2,8 @@
 
 import errno
 import json
+import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -12,11 +14,13 @@ import pytest
 from spin_tables import with_spin_law
 
 import sampler
+from sampler.cli import main
 from sampler.errors import InputError
-from sampler.files import available, find_config, find_table
+from sampler.files import available, find_config, find_table, write_text
 from sampler.options import (
     BAD_INPUT,
     FAILED,
+    NO_READER,
     OUTPUT,
     TABLE,
     Command,
@@ -46,7 +50,7 @@ both = pytest.mark.parametrize("program", ["sampler", "tablegen"])
         (KeyboardInterrupt(), 130, "interrupted"),
         (
             OSError(errno.ENOSPC, "No space left on device"),
-            BAD_INPUT,
+            FAILED,
             "error: cannot write to standard output: No space left on device",
         ),
         (OSError(errno.EDQUOT, "Quota", "a/file"), BAD_INPUT, "error: a/file: Quota"),
@@ -99,7 +103,7 @@ def test_an_output_is_no_input(tmp_path, capsys):
         ("seed", "", "--seed"),
         ("seed", "a.toml", "a.toml: seed"),  # a field of a file
         ("table", "", "table"),  # typed without a flag
-        ("output", "", "output"),  # of --output or of --json
+        ("output", "", "--output"),
     ],
 )
 def test_an_error_names_the_option_as_it_was_typed(capsys, argument, source, named):
@@ -114,6 +118,91 @@ def test_an_error_names_the_option_as_it_was_typed(capsys, argument, source, nam
 
     assert run_program(Program("prog", commands=[work]), ["work", "t.h5"]) == BAD_INPUT
     assert capsys.readouterr().err == f"prog: error: {named}: got 1, allowed: 2\n"
+
+
+def test_an_error_names_the_option_of_its_output(tmp_path, capsys):
+    """Two outputs, of which the second has no folder any more at the end."""
+
+    @click.command("work", cls=Command, epilog="")
+    @click.option("--output", type=OUTPUT)
+    @click.option("--json", "json_file", type=OUTPUT)
+    def work(output, json_file):
+        json_file.parent.rmdir()
+        write_text(output, "text")
+        write_text(json_file, "text")
+
+    (tmp_path / "b").mkdir()
+    words = ["work", "--output", str(tmp_path / "a"), "--json", str(tmp_path / "b" / "c")]
+    assert run_program(Program("prog", commands=[work]), words) == BAD_INPUT
+    assert "prog: error: --json: cannot write" in capsys.readouterr().err
+
+
+def test_an_option_is_given_once(capsys):
+    words = "draw corundum-steel --alpha 30 --speed 9 --count 1 --seed 1 --output a.npz --seed 2"
+    assert main(words.split()) == BAD_INPUT
+    assert capsys.readouterr().err == "sampler: error: --seed: is given twice; give it once\n"
+
+
+@pytest.mark.parametrize(
+    ("redirection", "status", "error"),
+    [
+        (">&-", FAILED, "Bad file descriptor\n"),
+        (
+            "<&- >&-",
+            FAILED,
+            "Bad file descriptor\n",
+        ),
+        (
+            ">/dev/full",
+            FAILED,
+            "No space left on device\n",
+        ),
+        (">&- 2>&-", FAILED, ""),
+        ("| true", NO_READER, ""),
+        ("2>&1 | true", NO_READER, ""),
+    ],
+)
+def test_standard_output_that_takes_nothing(redirection, status, error):
+    """What is printed is lost, which is neither success nor a missed accuracy."""
+    command = f"'{sys.executable}' -c 'import time; time.sleep(0.2); from sampler.cli import main; "
+    command += f'import sys; sys.exit(main(["list"]))\' {redirection}; exit ${{PIPESTATUS[0]}}'
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (status, "")
+    line = "sampler: error: cannot write to standard output: "
+    assert done.stderr == (line + error if error else "")
+
+
+def test_standard_error_that_takes_nothing_changes_no_result(words):
+    for redirection in ("2>&-", "2>/dev/full"):
+        given = shlex.join([sys.executable, "-m", "sampler", *map(str, words(alpha=0.01))])
+        assert subprocess.run(["bash", "-c", f"{given} {redirection}"], check=False).returncode == 0
+        bad = shlex.join([sys.executable, "-m", "sampler", *map(str, words(alpha=91))])
+        assert subprocess.run(["bash", "-c", f"{bad} {redirection}"], check=False).returncode == 2
+
+
+def test_a_working_folder_that_is_gone(tmp_path):
+    """Names of the package need no folder; a relative output names its option."""
+    gone = tmp_path / "gone"
+    for words, status, error in (
+        ("list", 0, ""),
+        (
+            "export kharaz-2001 --output a.rbt",
+            2,
+            "--output: cannot write a.rbt: the ",
+        ),
+        ("export none.h5 --output /tmp/a.rbt", 2, "table: there is no file none.h5"),
+    ):
+        gone.mkdir()
+        command = f"cd {gone}; rmdir {gone}; exec '{sys.executable}' -P -m sampler {words}"
+        done = subprocess.run(
+            ["bash", "-c", command],
+            capture_output=True,
+            text=True,
+            check=False,
+            env=os.environ | {"PYTHONPATH": str(Path(sampler.__file__).parents[1])},
+        )
+        assert done.returncode == status
+        assert done.stderr.removeprefix("sampler: error: ").startswith(error)
 
 
 def test_an_output_has_its_suffix_and_is_kept(tmp_path, capsys):

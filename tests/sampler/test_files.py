@@ -2,6 +2,11 @@
 
 import errno
 import json
+import os
+import socket
+import stat
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -84,7 +89,7 @@ def test_a_file_that_appeared_since_the_check_is_kept_once(tmp_path, monkeypatch
     check_output(path)
     path.write_text("of another program")
     for use in (check_output, lambda path: write_text(path, "ours")):
-        with pytest.raises(InputError, match="was written by another program during this run"):
+        with pytest.raises(InputError, match="has appeared since this output was checked"):
             use(path)
         assert path.read_text() == "of another program"
         path.unlink()
@@ -117,6 +122,47 @@ def test_names_that_no_file_can_have_are_refused_before_any_work(tmp_path, name)
 def test_outputs_that_cannot_be_are_refused_before_any_work(path, sentence):
     with pytest.raises(InputError, match=sentence):
         write_text(path, "text")
+
+
+@pytest.mark.parametrize("name", ["folder/", "file/", "file/."])
+def test_a_name_that_ends_in_a_folder_is_no_file(tmp_path, name):
+    with pytest.raises(InputError, match="is a folder; give a file name"):
+        check_output(f"{tmp_path}/{name}")
+
+
+def test_a_folder_that_takes_no_file_is_refused_before_any_work():
+    """Its permissions let the owner of the machine write into it."""
+    with pytest.raises(InputError, match=r"^output: cannot write /proc/a.txt: "):
+        check_output("/proc/a.txt")
+
+
+def test_what_is_no_regular_file_is_written_into(tmp_path):
+    pipe = tmp_path / "pipe.json"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    check_output(pipe)
+    write_text(pipe, "all of it")
+    assert os.read(reader, 100) == b"all of it"
+    os.close(reader)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    write_text("/dev/null", "nobody reads it")
+    assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
+    with pytest.raises(InputError, match="cannot write /dev/full: No space left on device"):
+        write_text("/dev/full", "text")
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind(str(tmp_path / "socket"))
+        with pytest.raises(InputError, match="is a disk or a socket"):
+            check_output(tmp_path / "socket")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["pipe.json", "socket"]
+
+
+def test_the_file_of_standard_output_is_written_into(tmp_path):
+    """Replaced, it would lose what is printed after it."""
+    path = tmp_path / "all.txt"
+    script = f"from sampler.files import *; print(1); write_text({str(path)!r}, '2\\n'); print(3)"
+    with open(path, "w") as output:
+        subprocess.run([sys.executable, "-c", script], stdout=output, check=True)
+    assert path.read_text() == "1\n2\n3\n"
 
 
 def test_numbers_that_are_none_are_not_written(tmp_path):

@@ -103,7 +103,8 @@ extern "C" {
 #define RBT_FREE(memory) free(memory)
 #endif
 
-/* How functions are declared. Define it as `static` to keep them within one file. */
+/* How functions are declared. Define it as `static` to keep them within one file. Do so in a plugin: on
+   Linux a library calls the first function of a name in the process, which may be of another plugin. */
 #ifndef RBT_API
 #define RBT_API extern
 #endif

@@ -72,7 +72,36 @@ class TestFiles:
         read = read_mesh(written(tmp_path, "box.stl", mesh))
         assert len(read.vertices) == 8
         assert read.solidity is None
-        assert not read.is_convex
+        assert read.is_open
+        assert read.hull_text().startswith("box.stl is open, so nobody knows")
+        mesh.faces = np.vstack([mesh.faces, surface(box(0.8, 0.6)).faces[0, ::-1]])
+        read = read_mesh(written(tmp_path, "turned.ply", mesh))
+        assert not read.is_open
+        assert "do not agree on the outside" in read.hull_text()
+
+    @pytest.mark.parametrize("suffix", SUFFIXES)
+    @pytest.mark.parametrize(
+        "stray", [[], [[8, 8, 8]], [[0, 0, 8]]], ids=("alone", "point", "line")
+    )
+    def test_a_vertex_of_no_surface_is_no_corner(self, tmp_path, suffix, stray):
+        """A vertex without a face, or with faces that have no area, lies far from a box."""
+        mesh = surface(box(0.8, 0.6))
+        points = np.vstack([mesh.vertices, [0.0, 0.0, 3.0]])
+        faces = np.array([*mesh.faces.tolist(), *stray])
+        mesh = trimesh.Trimesh(points, faces, process=False)
+        read = read_mesh(written(tmp_path, f"box{suffix}", mesh))
+        assert len(read.vertices) == 8
+        assert read.is_convex
+
+    def test_indices_of_an_obj_count_from_their_face(self, tmp_path):
+        mesh = surface(box(0.8, 0.6))
+        lines = []
+        for first, face in enumerate(mesh.faces):
+            lines += ["v " + " ".join(map(str, row)) for row in mesh.vertices[face]]
+            lines += ["f -3 -2 -1" if first % 2 else "f -3/1 -2//2 \\\n -1  # Å"]
+        read = read_mesh(written(tmp_path, "box.obj", "\n".join(lines)))
+        assert len(read.vertices) == 8
+        assert read.is_convex
 
 
 @pytest.mark.parametrize("squash", [(1.0, 1.0, 1.0), (1.0, 0.05, 0.05), (1.0, 1.0, 0.05)])
@@ -99,6 +128,14 @@ def test_a_hull_of_many_corners_is_thinned_within_the_tolerance(tmp_path, squash
 FLAT = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
 
 
+def ply_text(face, axes="xyz"):
+    """A PLY file of a tetrahedron, whose first face is given."""
+    head = ["ply", "format ascii 1.0", "element vertex 4", *(f"property float {x}" for x in axes)]
+    head += ["element face 4", "property list uchar int vertex_indices", "end_header"]
+    points = [" ".join(map(str, row[: len(axes)])) for row in ([0, 0, 0], *np.eye(3).tolist())]
+    return "\n".join([*head, *points, face, "3 0 3 1", "3 0 2 3", "3 1 3 2", ""])
+
+
 class TestRefused:
     @pytest.mark.parametrize(
         ("name", "content", "reason"),
@@ -109,6 +146,16 @@ class TestRefused:
             ("empty.ply", "", "a mesh file"),
             ("flat.obj", FLAT, "a mesh that encloses a volume"),
             ("nan.obj", FLAT.replace("v 1 1 0", "v 1 nan 1"), "coordinates"),
+            ("beyond.obj", FLAT.replace("f 1 3 2", "f 1 3 9"), "vertices 0 to 3"),
+            ("zero.obj", FLAT.replace("f 1 3 2", "f 1 3 0"), "vertices 0 to 3"),
+            ("before.obj", FLAT.replace("f 1 3 2", "f 1 3 -9"), "vertices 0 to 3"),
+            ("digits.obj", FLAT.replace("f 1 3 2", "f 1 3 0_2"), "a mesh file"),
+            ("plane.obj", FLAT.replace("v 1 1 0", "v 1 1"), "a mesh file"),
+            ("words.obj", FLAT.replace("v 1 1 0", "v 1 1_0 0"), "coordinates"),
+            ("line.obj", FLAT.replace("v 1 1 0", "v 2 0 0").split("f")[0] + "f 1 2 4", "the mesh"),
+            ("beyond.ply", ply_text("3 0 1 9"), "vertices 0 to 3"),
+            ("negative.ply", ply_text("3 0 1 -1"), "vertices 0 to 3"),
+            ("plane.ply", ply_text("3 0 1 2", "xy"), "a mesh file"),
             *((f"{scale}.obj", obj_text(scale), "coordinates up to") for scale in (1e-300, 1e300)),
         ],
     )

@@ -80,7 +80,16 @@ WRONG = [
     (row("30,0.4,2.5,s", SOURCE.format("e_n,count")), r", count: got 2.5, allowed: 1 to"),
     (row("30,-612,s", SOURCE.format("omega_z")), r"omega_z: got -612, .*, not rad/s\)$"),
     (row("30,181,s", SOURCE.format("rebound_angle_deg")), r"got 181, .*180"),
-    (row("30,100,0.4,,,s\n# x\n30,100,0.5,,,s"), r": line 4, e_n: got a second value at 30 deg"),
+    (row("30,100,0.4,,,s\n\n30,100,0.5,,,s"), r": line 4, e_n: got a second value at 30 deg"),
+    (row("30,100,0.4,,,s\n# x\n60,100,0.5,,,s"), r": line 3: a row begins with #; delete it, or"),
+    (
+        row("#1 of 2026,30,100,0.4,s", "remarks,alpha_deg,speed,e_n,source"),
+        r": line 2: a row begin",
+    ),
+    (
+        row('"#1, 2026",30,100,0.4,s', "remarks,alpha_deg,speed,e_n,source"),
+        r": line 2: a row begin",
+    ),
     (row("0.3,,0.6,,,s\n1.2,,0.4,,,s"), r": line 2, alpha_deg: got angles up to 1.2, which look"),
     (row("20,,0.4,,,s\n20.0000000001,,0.5,,,s"), r": line 3, e_n: got a second value at 20 deg"),
 ]
@@ -99,7 +108,23 @@ ROWS = [
     ["30", "100", "0.5", "0.1", "0.7", "-0.4", "250", "s"],
     ["60", "200", "0.25", "0.05", "0.5", "0.125", "16", "s"],
 ]
-HOSTILE = ("x", "0,5", "nan", "-inf", "1e999", "5%", "1/2", "--3", "1e", "0x1F", "½", "=A1", "1 2")
+HOSTILE = (
+    "1_0",
+    "٤٠",
+    "x",
+    "0,5",
+    "nan",
+    "-inf",
+    "1e999",
+    "5%",
+    "1/2",
+    "--3",
+    "1e",
+    "0x1F",
+    "½",
+    "=A1",
+    "1 2",
+)
 HONEST = ("{}", " {:.6f}", "{:+.3e} ", '"{:g}"')
 
 
