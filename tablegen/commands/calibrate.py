@@ -81,9 +81,9 @@ def calibrate(
     """Fit contact laws to measured rebounds (a name, or a .csv file).
 
     For each population of grains, the command finds the smoothest laws that give all measured means
-    within their tolerances. Of the populations that give them, it takes the one whose spreads are
-    nearest to the measured spreads. If no population gives all means, the exit status is 1. The
-    comments of the new file say how the pair was fitted.
+    within their tolerances. It takes the population with the least misfit, which weighs means and
+    spreads together. If its laws do not give all means, the exit status is 1. The comments of the
+    new file say how the pair was fitted.
     """
     from tablegen.config.config import load_config
     from tablegen.measured.calibrate import calibrate as fit

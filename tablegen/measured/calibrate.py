@@ -24,9 +24,6 @@ from tablegen.simulation.simulate import check_run
 #: Most rows of a fit, whose time grows with them; and most that a line names.
 _MOST_ROWS, _NAMED = 400, 6
 
-#: Most rows that a fit may miss, and its worst mean over the tolerance, where spreads still choose.
-_FEW, _NEAR = 2, 2.0
-
 #: Pairs of quantities that decide restitution and resistance together.
 _BOTH_LAWS = [
     {"e_n", "e_t"},
@@ -52,9 +49,9 @@ def calibrate(
     """Find the smoothest contact laws that give measured means.
 
     The grains are not fitted. For each of five named populations, or for the grains that are given,
-    the restitution and the resistance are tables over the angle at the contact. Of the populations
-    with which the laws give all measured means, the one is chosen whose spreads are nearest to the
-    measured spreads. Spreads have no effect on the laws.
+    the restitution and the resistance are tables over the angle at the contact. The population
+    with the least misfit is chosen, which weighs means and spreads together (`Fit.misfit`). Spreads
+    have no effect on the laws.
 
     Parameters
     ----------
@@ -193,20 +190,11 @@ def _make_starts(
 
 
 def _choose_fit(fits: Sequence[Fit]) -> Fit:
-    """Choose among the fits that hold the means: by the spreads, or the most angular grains.
+    """Choose the fit with the least misfit; of equal ones the most angular, which comes first.
 
-    Spheres follow means most easily, so smooth laws would always ask for round grains. If none
-    holds the means, those that miss a row or two by little may be chosen by their spreads.
+    Spheres follow means most easily, so smooth laws would always ask for round grains.
     """
-    holding = [fit for fit in fits if fit.holds]
-    if not holding:
-        near = [fit for fit in fits if fit.missed_rows <= _FEW and fit.means[0].miss <= _NEAR]
-        if near and near[0].spreads:
-            return min(near, key=lambda fit: fit.spread_distance)
-        return min(fits, key=lambda fit: fit.means[0].miss)
-    if holding[0].spreads:
-        return min(holding, key=lambda fit: fit.spread_distance)
-    return holding[0]
+    return min(fits, key=lambda fit: fit.misfit)
 
 
 def _fit_with_more_knots(fitter: Fitter, fit: Fit, start: Config, name: str) -> Fit:

@@ -15,7 +15,7 @@ def fit_lines(calibration: Calibration) -> Iterator[str]:
     """Write the verdicts, the table of all fits, and the numbers that the data do not determine."""
     yield _means_text(calibration)
     if calibration.advice:
-        about = "no population gives all means" if calibration.missed else "note"
+        about = "the laws do not give all means" if calibration.missed else "note"
         yield f"{about}: {calibration.advice}"
     yield _spreads_text(calibration.chosen)
     if len(calibration.fits) > 1:
@@ -58,21 +58,20 @@ def _table(calibration: Calibration) -> Iterator[str]:
     for fit in calibration.fits:
         ratio = [one.simulated / one.measured for one in fit.spreads]
         spread = f"{math.exp(np.mean(np.log(ratio))):.2f}" if ratio else "-"
-        rows.append((fit.grains, f"{fit.means[0].miss:.2f}", spread))
-    head = ("grains", "worst mean / tolerance", "simulated / measured spread")
+        rows.append((fit.grains, f"{fit.means[0].miss:.2f}", spread, f"{fit.misfit:.2f}"))
+    head = ("grains", "worst mean / tolerance", "simulated / measured spread", "misfit")
     for line, reason in zip(table_lines(head, rows), reasons, strict=True):
         yield f"{line}  {reason}".rstrip()
 
 
 def _why(calibration: Calibration, fit: Fit) -> str:
-    """Say why a population is chosen or not."""
-    measured = bool(calibration.chosen.spreads)
-    if not fit.holds:
-        worst, chosen = fit.means[0], "chosen; " * (fit.grains == calibration.chosen.grains)
-        return f"{chosen}misses {worst.column} at {worst.place}"
-    if fit.grains == calibration.chosen.grains:
-        return "chosen: nearest spreads" if measured else "chosen: the most angular that gives all"
-    return "gives all means, but farther spreads" if measured else "gives all means"
+    """Say whether a population gives the means, and which one is chosen."""
+    worst = fit.means[0]
+    means = "gives all means" if fit.holds else f"misses {worst.column} at {worst.place}"
+    if fit.grains != calibration.chosen.grains:
+        return means
+    reason = "least misfit" if fit.spreads else "the most angular with the least misfit"
+    return f"chosen: {reason}; {means}"
 
 
 def _numbers_text(fit: Fit) -> str:

@@ -1,5 +1,6 @@
 """Result of a calibration, as records."""
 
+import math
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -79,15 +80,20 @@ class Fit:
         return self.means[0].miss <= 1.0
 
     @property
-    def missed_rows(self) -> int:
-        """Number of rows with a mean beyond its tolerance."""
-        return len({one.row for one in self.means if one.miss > 1.0})
-
-    @property
     def spread_distance(self) -> float:
         """Root mean square of the logarithm of simulated over measured spreads; NaN without."""
         ratios = np.array([one.simulated / one.measured for one in self.spreads])
         return float(np.sqrt(np.mean(np.log(ratios) ** 2))) if ratios.size else float("nan")
+
+    @property
+    def misfit(self) -> float:
+        """Number by which grains are chosen, 1 at best.
+
+        It is the worst mean over its tolerance, or 1 if all means are within theirs, times the
+        typical factor between simulated and measured spreads, if spreads were measured.
+        """
+        factor = math.exp(self.spread_distance) if self.spreads else 1.0
+        return max(self.means[0].miss, 1.0) * factor
 
     def to_dict(self) -> dict[str, object]:
         """Give everything as plain data for JSON; None: no spreads, no standard error."""
@@ -97,6 +103,7 @@ class Fit:
         return {
             "grains": self.grains,
             "holds": self.holds,
+            "misfit": self.misfit,
             "worst_miss": self.means[0].miss,
             "spread_distance": self.spread_distance if self.spreads else None,
             "parameters": [dict(zip(names, one, strict=True)) for one in numbers],
@@ -113,8 +120,7 @@ class Calibration:
     fits : tuple of Fit
         One fit for each population of grains that was tried.
     chosen : Fit
-        The fit that was chosen. If no fit gives all measured means, it is the one that comes
-        nearest.
+        The fit with the least misfit.
     advice : str
         What looks wrong in the measurements, and which rows are missed; "" if nothing.
     """
@@ -130,7 +136,7 @@ class Calibration:
 
     @property
     def missed(self) -> bool:
-        """Whether some measured means are missed with all grains."""
+        """Whether the chosen fit misses some measured means."""
         return not self.chosen.holds
 
     def to_dict(self) -> dict[str, object]:

@@ -1,16 +1,16 @@
-"""Rows that cannot decide a fit are refused; spreads choose among near misses; knots are added."""
-
-from types import SimpleNamespace
+"""Rows that cannot decide a fit are refused; the misfit chooses grains; knots are added."""
 
 import numpy as np
 import pytest
 from refusals import refused
+from synthetic_measurements import small_pair
 
 from tablegen.config.grains import named_population
 from tablegen.measured.calibrate import _choose_fit, calibrate
 from tablegen.measured.measurements import distinct_speeds
 from tablegen.measured.pair_file import starting_config, with_angles
 from tablegen.measured.reader import parse_measurements
+from tablegen.measured.result import ComparedNumber, Fit
 
 
 def parse_rows(text):
@@ -43,24 +43,24 @@ def test_speeds_that_nearly_agree_are_one_and_many_are_represented_by_a_few():
     assert distinct_speeds(np.geomspace(10.0, 160.0, 9), 3) == [10.0, 40.0, 160.0]
 
 
-def make_fit(miss, rows_missed, distance):
-    means = [SimpleNamespace(miss=miss)]
-    return SimpleNamespace(
-        holds=miss <= 1.0,
-        means=means,
-        missed_rows=rows_missed,
-        spreads=[1],
-        spread_distance=distance,
-    )
+def make_fit(miss, ratio):
+    """Fit with one mean, and one spread that is a multiple of the measured one."""
+    mean = ComparedNumber(0, 20.0, None, "e_n", 0.5, None, 0.5 + miss * 0.02, 0.0, 0.02)
+    spread = ComparedNumber(0, 20.0, None, "e_n_std", 1.0, None, ratio, 0.0)
+    numbers = (mean, spread) if ratio else (mean,)
+    return Fit("", small_pair(), (), np.empty(0), np.empty(0), numbers)
 
 
-def test_spreads_choose_among_grains_that_miss_a_row_or_two():
-    rounded, well_rounded = make_fit(1.22, 1, 0.2), make_fit(1.05, 1, 1.1)
-    assert _choose_fit([make_fit(1.9, 5, 0.1), rounded, well_rounded]) is rounded
-    holding_fit = make_fit(0.9, 0, 2.0)
-    assert _choose_fit([rounded, holding_fit]) is holding_fit
-    far = make_fit(6.0, 1, 0.1)
-    assert _choose_fit([far, well_rounded]) is well_rounded
+def test_means_and_spreads_choose_the_grains_together():
+    # a mean that is missed by a tenth of its tolerance, or spreads that are less than half
+    rounded, well_rounded = make_fit(1.10, 0.90), make_fit(0.54, 0.39)
+    np.testing.assert_allclose([rounded.misfit, well_rounded.misfit], [1.10 / 0.9, 1 / 0.39])
+    assert _choose_fit([well_rounded, rounded]) is rounded
+    # the means decide if they are missed by far
+    assert _choose_fit([make_fit(6.0, 1.0), well_rounded]) is well_rounded
+    # of grains that give all means, without spreads, the most angular ones come first
+    without = [make_fit(0.9, None), make_fit(0.2, None)]
+    assert _choose_fit(without) is without[0]
 
 
 def test_knots_are_added_at_other_angles_with_the_values_that_laws_have():
