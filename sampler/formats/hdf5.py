@@ -5,13 +5,17 @@ draw may index without looking.
 
 ``content_sha256`` is the SHA-256 of the following bytes: for each dataset of the file in the
 order of its path the text ``path dtype shape\n`` (dtype as numpy's ``dtype.str``, shape as JSON)
-and its values in C order, then for each root attribute but itself, in the order of its name, the
-text ``name value\n`` (value as JSON).
+and its values in C order, then for each root attribute but the two checksums, in the order of its
+name, the text ``name value\n`` (value as JSON).
+
+``file_sha256`` is the SHA-256 of all bytes of the file, with zeros in place of its own 64 digits.
+It is checked before HDF5 sees a file, because a damaged one may hang HDF5 or end the process.
 """
 
 import hashlib
 import io
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -46,6 +50,11 @@ _CHUNK = 2**19
 
 #: First bytes of every HDF5 file.
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+#: Checksum of the bytes in a file: an attribute of the root. HDF5 writes its digits behind its
+#: name.
+_SEAL = re.compile(rb"file_sha256\0.{0,64}?([0-9a-f]{64})", re.DOTALL)
+_NO_DIGITS = b"0" * 64
 
 #: What files of these suffixes are, if they are no HDF5 files.
 _OTHER_KINDS = {
@@ -273,7 +282,7 @@ def content_sha256(datasets: Mapping[str, Array], attributes: Mapping[str, Any])
         digest.update(f"{path} {values.dtype.str} {shape}\n".encode())
         digest.update(values.data if values.size else b"")
     for name in sorted(attributes):
-        if name != "content_sha256":
+        if name not in ("content_sha256", "file_sha256"):
             digest.update(f"{name} {json.dumps(attributes[name])}\n".encode())
     return digest.hexdigest()
 
@@ -311,8 +320,41 @@ def _file_image(contents: TableContents) -> bytes:
             # An unsigned type only where it is needed: the seed may exceed int64.
             file.attrs[name] = np.uint64(value) if name == "seed" else value
         file.attrs["content_sha256"] = contents.content_sha256
+        file.attrs["file_sha256"] = np.bytes_(_NO_DIGITS)
         file.flush()
-        return bytes(file.id.get_file_image())
+        return sealed(bytes(file.id.get_file_image()))
+
+
+def sealed(image: bytes) -> bytes:
+    """Write the checksum of the bytes of a table file into them."""
+    start, end = _seal_of(image).span(1)
+    return image[:start] + _bytes_sha256(image, start, end) + image[end:]
+
+
+def _seal_of(image: bytes) -> re.Match[bytes]:
+    """Find the checksum of the bytes in a table file."""
+    found = _SEAL.search(image)
+    if found is None:
+        problem = "the checksum of the bytes is missing: the file is damaged, or no rebound table"
+        raise TableError("file_sha256", problem=problem)
+    return found
+
+
+def _bytes_sha256(image: bytes, start: int, end: int) -> bytes:
+    """Compute the checksum of the bytes of a file, whose digits lie from start to end."""
+    view = memoryview(image)
+    digest = hashlib.sha256(view[:start])
+    digest.update(_NO_DIGITS)
+    digest.update(view[end:])
+    return digest.hexdigest().encode()
+
+
+def _check_bytes(image: bytes) -> None:
+    """Refuse a file with other bytes than when it was written."""
+    found = _seal_of(image)
+    if found[1] != _bytes_sha256(image, *found.span(1)):
+        problem = "the file has changed since it was written: its bytes have another checksum"
+        raise TableError("file_sha256", problem=problem, remedy="use another copy of the table")
 
 
 def _write_dataset(file: h5py.File, dataset: Dataset, values: Array) -> None:
@@ -385,6 +427,7 @@ def read_table(path: str | Path) -> TableContents:
         raise TableError(error.argument, problem=error.problem) from None
     try:
         _check_kind(data, Path(path).suffix)
+        _check_bytes(data)
         # from memory: HDF5 locks files, which not every file system can
         with h5py.File(io.BytesIO(data), "r") as file:
             attributes = _read_attributes(file)
@@ -434,7 +477,7 @@ def _contents_of(attributes: Mapping[str, Any], datasets: Mapping[str, Array]) -
 
 def _read_attributes(file: h5py.File) -> dict[str, Any]:
     """Read the root attributes, after format and version were found to be ours."""
-    values = {name: _plain(value) for name, value in file.attrs.items()}
+    values = {n: _plain(value) for n, value in file.attrs.items() if n != "file_sha256"}
     if values.get("format") != FORMAT:
         problem = f'this HDF5 file is no table: its format is not "{FORMAT}"'
         raise TableError("format", problem=problem)

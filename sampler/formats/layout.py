@@ -297,7 +297,8 @@ def _are_speeds(value: list[Any]) -> bool:
 FILE_ATTRIBUTES = {
     "format": Attribute(str, f'"{FORMAT}"'),
     "format_version": Attribute(list, "two integers: major, minor"),
-    "content_sha256": Attribute(str, "checksum of everything else, hexadecimal"),
+    "content_sha256": Attribute(str, "checksum of the datasets and attributes, hexadecimal"),
+    "file_sha256": Attribute(str, "checksum of the bytes of the file, hexadecimal"),
 }
 ATTRIBUTES = {
     "pair": Attribute(

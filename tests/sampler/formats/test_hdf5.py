@@ -15,7 +15,7 @@ from synthetic_table import make_contents, make_datasets
 from sampler import TableError
 from sampler.files import find_table
 from sampler.formats.channels import CHANNELS
-from sampler.formats.hdf5 import read_table, write_table
+from sampler.formats.hdf5 import read_table, sealed, write_table
 from sampler.formats.layout import ATTRIBUTES, DATASETS, FILE_ATTRIBUTES
 
 VECTORS = Path(__file__).resolve().parents[2] / "vectors"
@@ -37,7 +37,7 @@ def _checksum(file):
         values = node[()]
         digest.update(f"{path} {values.dtype.str} {json.dumps(list(values.shape))}\n".encode())
         digest.update(values.tobytes())
-    for name in sorted(set(file.attrs) - {"content_sha256"}):
+    for name in sorted(set(file.attrs) - {"content_sha256", "file_sha256"}):
         value = file.attrs[name]
         value = value if isinstance(value, str) else value.tolist()
         digest.update(f"{name} {json.dumps(value)}\n".encode())
@@ -49,6 +49,7 @@ def _edit(path, change, keep_checksum=False):
         change(file)
         if not keep_checksum:
             file.attrs["content_sha256"] = _checksum(file)
+    path.write_bytes(sealed(path.read_bytes()))
 
 
 @pytest.fixture
@@ -240,6 +241,42 @@ def test_units_that_were_left_out_mislead_nobody(file, contents):
     assert read_table(file).content_sha256 == contents.content_sha256
 
 
+def test_the_bytes_have_a_checksum(file):
+    image = file.read_bytes()
+    with h5py.File(file) as opened:
+        digits = opened.attrs["file_sha256"]
+    assert image.count(digits) == 1
+    assert hashlib.sha256(image.replace(digits, b"0" * 64)).hexdigest().encode() == digits
+
+
+def test_a_file_that_another_program_opens_is_kept_and_one_that_it_changes_is_refused(file):
+    with h5py.File(file, "r+"):
+        pass
+    read_table(file)
+    with h5py.File(file, "r+") as opened:
+        opened["axes/speed"].attrs["remark"] = "mine"
+    line = refused(f"{file}: file_sha256", read_table, file)
+    assert "the file has changed since it was written" in line
+
+
+@pytest.mark.parametrize("size", [64, 512])
+@pytest.mark.parametrize("value", [0x00, 0xFF])
+def test_damaged_blocks(file, size, value):
+    """Blocks near the front, which HDF5 reads as its own, once hung it; and some of the rest."""
+    whole = file.read_bytes()
+    front = range(0, 8192, size)
+    rest = range(8192, len(whole), len(whole) // 20 // size * size)
+    for first in (*front, *rest):
+        damaged = bytearray(whole)
+        damaged[first : first + size] = bytes([value]) * len(damaged[first : first + size])
+        if damaged == whole:
+            continue
+        file.write_bytes(damaged)
+        begin = time.monotonic()
+        assert "\n" not in refused(str(file), read_table, file)
+        assert time.monotonic() - begin < 1.0
+
+
 def test_truncated_files(file, tmp_path):
     """Some lengths fail on opening, some on reading; each gives one line, none gives a table."""
     whole = file.read_bytes()
@@ -262,7 +299,10 @@ def test_foreign_files(tmp_path):
     with h5py.File(tmp_path / "other.h5", "w") as other:
         other["temperature"] = np.arange(5)
         other.attrs["format"] = "other"
-    with pytest.raises(TableError, match="this HDF5 file is no table"):
+    with pytest.raises(
+        TableError,
+        match="the file is damaged, or no rebound table",
+    ):
         read_table(tmp_path / "other.h5")
 
 
