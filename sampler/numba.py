@@ -39,7 +39,7 @@ Vector = tuple[float, float, float]
 Maybe = Vector | None
 
 _LONG, _REAL = ir.IntType(64), ir.DoubleType()
-_POINTER = _REAL.as_pointer()
+_POINTER = ir.PointerType()
 _NULL = ir.Constant(_POINTER, None)
 
 #: Default of arguments that must be given: their names come behind others in the order of C.
@@ -179,14 +179,14 @@ def _library_function(
                 for (name, argument), value, kind in parts
             }
             first = _store_record(builder, [_REAL(np.nan)] * count)
-            written = [builder.gep(first, [_LONG(k)]) for k in range(count)]
+            written = [builder.gep(first, [_LONG(k)], source_etype=_REAL) for k in range(count)]
             values = make_c_arguments(builder, given, written)
             result = ir.VoidType() if returns == types.void else context.get_value_type(returns)
             kind = ir.FunctionType(result, [value.type for value in values])
             function = cgutils.get_or_insert_function(builder.module, kind, symbol)
             results = [builder.call(function, values)][: len(output) - count]
             return context.make_tuple(
-                builder, output, results + [builder.load(number) for number in written]
+                builder, output, results + [builder.load(number, typ=_REAL) for number in written]
             )
 
         return output(*given), emit

@@ -12,8 +12,7 @@ tested for.
 
 Numba's own cache keeps the machine code. It would not notice an edit in a function that a kernel
 calls from another file. So the cache is in a folder named by the digest of all kernel sources and
-of the versions of Python, numpy, numba and llvmlite. `tablegen.model.parts` makes compiling faster
-where the version of numba allows it.
+of the versions of Python, numpy, numba and llvmlite.
 """
 
 import hashlib
@@ -32,11 +31,6 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import event
 from numba.extending import intrinsic, register_jitable
-
-try:
-    from tablegen.model import parts
-except ImportError:  # `parts` was not tested with this version of numba
-    parts = None  # type: ignore[assignment]
 
 #: Settings of numba, from the environment.
 _CONFIG: Any = numba.config
@@ -176,20 +170,14 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
         compiled = numba.njit(**options, cache=kept)(function)
     finally:
         _CONFIG.CACHE_DIR = named
-    if compiled is not function:  # they are the same with NUMBA_DISABLE_JIT
-        if kept:
-            _go_on_without_space(compiled)
-        if parts is not None:
-            parts.let_kernels_call(compiled, options)
+    if kept and compiled is not function:  # they are the same with NUMBA_DISABLE_JIT
+        _go_on_without_space(compiled)
     # for a type checker the function stays the same
     return cast(_Function, compiled)
 
 
 def _inlined(function: _Function, options: dict[str, Any]) -> _Function:
-    if parts is None or _CONFIG.DISABLE_JIT:
-        register_jitable(**options)(function)
-    else:
-        parts.register_part(function, options)
+    register_jitable(**options, no_cpython_wrapper=True)(function)
     return function
 
 

@@ -33,7 +33,8 @@ from tablegen.model.jit import inline_kernel, operation
 #: Particles followed together: a vector register of 64 bytes, or two of 32.
 WIDTH = 8
 
-_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
+_NUMBER = ir.DoubleType()
+_VECTOR = ir.VectorType(_NUMBER, WIDTH)
 _INDEX = ir.IntType(32)
 
 
@@ -287,8 +288,14 @@ def _items(builder, values):
     return [builder.extract_value(values, k) for k in range(values.type.count)]
 
 
+def untyped(builder, pointer):
+    """Return a pointer without the element type that numba gives pointers to arrays."""
+    box = ir.Constant(ir.LiteralStructType([ir.PointerType()]), ir.Undefined)
+    return builder.extract_value(builder.insert_value(box, pointer, 0), 0)
+
+
 def _entry(context, builder, array, value, index_type, index):
-    """Compute the pointer to a float or to lanes in a C-contiguous array; tell whether to lanes."""
+    """Compute the pointer to an entry of a C-contiguous array; return its type, too."""
     indices = [index] if isinstance(index_type, types.Integer) else []
     if not indices:
         indices = _items(builder, index)
@@ -297,10 +304,9 @@ def _entry(context, builder, array, value, index_type, index):
     offset = indices[0]
     for axis in range(1, len(indices)):
         offset = builder.add(builder.mul(offset, shape[axis]), indices[axis])
-    if array.ndim == len(indices):
-        return builder.gep(view.data, [offset]), False
-    pointer = builder.gep(view.data, [builder.mul(offset, offset.type(WIDTH))])
-    return builder.bitcast(pointer, _VECTOR.as_pointer()), True
+    kind = _NUMBER if array.ndim == len(indices) else _VECTOR
+    place = offset if kind is _NUMBER else builder.mul(offset, offset.type(WIDTH))
+    return builder.gep(view.data, [place], source_etype=_NUMBER), kind
 
 
 def _index_type(index):
@@ -324,8 +330,8 @@ def load(typingctx, array, index):
     kind, where = _entry_type(array, index), _index_type(index)
 
     def generate(context, builder, sig, args):
-        pointer, _ = _entry(context, builder, array, args[0], where, args[1])
-        return builder.load(pointer, align=8)
+        pointer, kind = _entry(context, builder, array, args[0], where, args[1])
+        return builder.load(pointer, align=8, typ=kind)
 
     return kind(array, where), generate
 
@@ -337,7 +343,7 @@ def store(typingctx, array, index, value):
 
     def generate(context, builder, sig, args):
         pointer, _ = _entry(context, builder, array, args[0], where, args[1])
-        builder.store(args[2], pointer, align=8)
+        builder.store(args[2], untyped(builder, pointer), align=8)
         return context.get_dummy_value()
 
     return types.void(array, where, kind), generate
@@ -349,10 +355,9 @@ def store_lane(typingctx, array, index, number_of_lane, value):
     where = _index_type(index)
 
     def generate(context, builder, sig, args):
-        pointer, many = _entry(context, builder, array, args[0], where, args[1])
-        if many:
-            first = builder.bitcast(pointer, ir.DoubleType().as_pointer())
-            pointer = builder.gep(first, [args[2]])
+        pointer, kind = _entry(context, builder, array, args[0], where, args[1])
+        if kind is _VECTOR:
+            pointer = builder.gep(pointer, [args[2]], source_etype=_NUMBER)
         builder.store(args[3], pointer)
         return context.get_dummy_value()
 

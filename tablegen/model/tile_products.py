@@ -11,11 +11,13 @@ from llvmlite import ir
 from numba import types
 
 from tablegen.model.jit import operation
+from tablegen.model.simd import untyped
 
 #: Rows and columns of a tile: as many sums as fit into vector registers.
 TILE_ROWS, TILE_COLUMNS = 6, 16
 
-_VECTOR = ir.VectorType(ir.FloatType(), TILE_COLUMNS)
+_NUMBER = ir.FloatType()
+_VECTOR = ir.VectorType(_NUMBER, TILE_COLUMNS)
 _LANE = ir.IntType(32)
 
 
@@ -60,12 +62,13 @@ def write_tile(
         totals = [builder.phi(_VECTOR) for _ in range(TILE_ROWS)]
         left_at = builder.add(builder.mul(k, left_width), row)
         right_at = builder.add(builder.mul(k, right_width), column)
-        first = builder.gep(left.data, [left_at])
-        vector_at = builder.bitcast(builder.gep(right.data, [right_at]), _VECTOR.as_pointer())
-        vector = builder.load(vector_at, align=4)
+        first = builder.gep(left.data, [left_at], source_etype=_NUMBER)
+        vector_at = builder.gep(right.data, [right_at], source_etype=_NUMBER)
+        vector = builder.load(vector_at, align=4, typ=_VECTOR)
         increased = []
         for i, total in enumerate(totals):
-            number = builder.load(builder.gep(first, [_LANE(i)]), align=4)
+            number_at = builder.gep(first, [_LANE(i)], source_etype=_NUMBER)
+            number = builder.load(number_at, align=4, typ=_NUMBER)
             increased.append(builder.call(fma, [_repeated(builder, number), vector, total]))
         following = builder.add(k, k.type(1))
         builder.cbranch(builder.icmp_signed("<", following, count), loop, after)
@@ -83,8 +86,8 @@ def write_tile(
         for i, result in enumerate(tile):
             tile_row = builder.add(row, row.type(i))
             place = builder.add(builder.mul(tile_row, sums_width), column)
-            target = builder.bitcast(builder.gep(sums.data, [place]), _VECTOR.as_pointer())
-            builder.store(result, target, align=4)
+            target = builder.gep(sums.data, [place], source_etype=_NUMBER)
+            builder.store(result, untyped(builder, target), align=4)
         return context.get_dummy_value()
 
     return signature, generate
