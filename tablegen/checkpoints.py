@@ -47,6 +47,9 @@ _STAMP = "stamp.sha256"
 #: File that the living run holds locked.
 _LOCK = "running.lock"
 
+#: Endings of files that results depend on: Python, the draw in C, and numbers.
+_SOURCES = (".py", ".c", ".h", ".npy")
+
 #: Packages that take part in the arithmetic.
 _LIBRARIES = ("llvmlite", "numba", "numpy", "scikit-learn", "scipy")
 
@@ -56,12 +59,13 @@ def software() -> str:
     """Describe the software that results depend on, in one line: sources and versions."""
     digest = hashlib.sha256()
     for package in (Path(sampler.__file__).parent, Path(__file__).parent):
-        for path in sorted(package.rglob("*.py")):
+        sources = (path for path in package.rglob("*") if path.suffix in _SOURCES)
+        for path in sorted(sources):
             digest.update(f"{path.relative_to(package.parent)}\0".encode())
             digest.update(path.read_bytes())
     versions = [f"{name} {metadata.version(name)}" for name in _LIBRARIES]
-    sources = f"rebound-tables {sampler.__version__} (sources {digest.hexdigest()[:12]})"
-    return ", ".join([sources, *versions, *platform.libc_ver(), platform.machine()])
+    ours = f"rebound-tables {sampler.__version__} (sources {digest.hexdigest()[:12]})"
+    return ", ".join([ours, *versions, *platform.libc_ver(), platform.machine()])
 
 
 def parts_path(output: Path) -> Path:

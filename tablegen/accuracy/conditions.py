@@ -50,7 +50,7 @@ def pick_conditions(table: Table, count: int, seed: int) -> list[Place]:
         return []
     rng = np.random.default_rng([seed, _STREAM_KEY])
     optimization = "random-cd" if 1 < count <= _MOST_OPTIMISED_CONDITIONS else None
-    points = qmc.LatinHypercube(2, optimization=optimization, seed=rng).random(count)
+    points = qmc.LatinHypercube(2, optimization=optimization, rng=rng).random(count)
     points = points[np.argsort(points[:, 0])]
     alpha = _between_nodes(points[:, 0], table.alpha_nodes_deg)
     speed = _between_nodes(points[:, 1], table.speed_nodes)

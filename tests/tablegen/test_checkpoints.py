@@ -1,15 +1,26 @@
 """Checkpoints of tasks are kept, used again or refused; results do not depend on the order."""
 
+import shutil
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
+import sampler
+import tablegen
 from sampler.errors import InputError
-from tablegen.checkpoints import SECONDS, CheckpointStore, Task, TaskRunner, stable_number
+from tablegen.checkpoints import (
+    SECONDS,
+    CheckpointStore,
+    Task,
+    TaskRunner,
+    software,
+    stable_number,
+)
 
 KEY = "node 1.0 2.0"
 ARRAYS = {
@@ -207,3 +218,20 @@ def test_stable_numbers_are_the_first_bits_of_the_digest():
     # printf 'node 1.0 2.0' | sha256sum
     assert f"{stable_number('node 1.0 2.0', 48):012x}" == "861291e38d17"
     assert max(stable_number(f"{k}", 31) for k in range(200)) < 2**31
+
+
+@pytest.mark.parametrize(
+    "source", ["tablegen/parallel.py", "sampler/c/src/nodes.h", "sampler/formats/normal_cubics.npy"]
+)
+def test_an_edit_of_a_source_is_other_software(tmp_path, monkeypatch, source):
+    """Of the C draw and of the numbers that it reads, too."""
+    for package in (sampler, tablegen):
+        root = Path(package.__file__).parent
+        shutil.copytree(root, tmp_path / root.name, ignore=shutil.ignore_patterns("*.so"))
+    monkeypatch.setattr("sampler.__file__", str(tmp_path / "sampler/__init__.py"))
+    monkeypatch.setattr("tablegen.checkpoints.__file__", str(tmp_path / "tablegen/checkpoints.py"))
+    before = software.__wrapped__()
+    assert software.__wrapped__() == before
+    with (tmp_path / source).open("ab") as file:
+        file.write(b"\n")
+    assert software.__wrapped__() != before
