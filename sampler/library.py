@@ -4,6 +4,7 @@ Arrays go in as addresses, and the GIL is released while the library works. Rows
 of at most `SLICE`, which threads share: the same states for any number of threads.
 """
 
+import atexit
 import ctypes
 import math
 import os
@@ -93,6 +94,17 @@ def library() -> Any:
     return loaded
 
 
+#: Tables whose memory outlives the interpreter: compiled code that knows only their address may
+#: draw from them in a daemon thread until the process ends.
+_open_tables: "weakref.WeakSet[OpenTable]" = weakref.WeakSet()
+
+
+@atexit.register
+def _keep_open_tables() -> None:
+    for table in _open_tables:
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(table))
+
+
 class OpenTable:
     """A binary image that the library has checked and opened.
 
@@ -126,7 +138,8 @@ class OpenTable:
             raise TableError("table", problem=library().rbt_strerror(code).decode())
         assert table.value is not None
         self.image, self.handle = image, table.value
-        weakref.finalize(self, library().rbt_close, table.value)
+        weakref.finalize(self, library().rbt_close, table.value).atexit = False
+        _open_tables.add(self)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return OpenTable, (self.image,)

@@ -35,6 +35,10 @@ from sampler.errors import MISSING, InputError
 from sampler.formats.records import NUMBER, RECORDS, REQUIRED, RESULT
 from sampler.library import library
 
+if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+    _PROBLEM = "is set, and sampler.numba works in compiled code only"
+    raise InputError("NUMBA_DISABLE_JIT", problem=_PROBLEM, remedy="unset it, or use sampler.load")
+
 Vector = tuple[float, float, float]
 Maybe = Vector | None
 

@@ -1,7 +1,9 @@
 """Present results: text tables, and the style and the files of matplotlib figures."""
 
 import io
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 from sampler.errors import InputError
@@ -72,12 +74,19 @@ class Picture(NamedTuple):
 
 
 def require_matplotlib(flag: str) -> None:
-    """Raise `InputError` if matplotlib, which the option `flag` needs, is not installed."""
+    """Import matplotlib for a command; raises `InputError` if the option `flag` cannot have it.
+
+    The command draws to files, whatever backend the environment names, such as that of a notebook.
+    """
+    os.environ["MPLBACKEND"] = "agg"
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
         problem, remedy = "matplotlib is not installed", "run: pip install 'rebound-tables[plot]'"
         raise InputError(flag, problem=problem, remedy=remedy) from error
+    except Exception as error:  # of a matplotlibrc that is no text, for example
+        problem = f"matplotlib cannot be imported ({type(error).__name__}: {error})"
+        raise InputError(flag, problem=problem, remedy="look at your matplotlibrc") from error
 
 
 def new_figure(width: float, height: float) -> Any:
@@ -87,11 +96,18 @@ def new_figure(width: float, height: float) -> Any:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def figure_style() -> Any:
-    """Return a context in which figures are drawn and written in the style of this package."""
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """Draw and write figures in the style of this package, whatever the user's matplotlibrc says.
+
+    Otherwise a picture would depend on the machine, or need LaTeX.
+    """
     import matplotlib
 
-    return matplotlib.rc_context(_SETTINGS)
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_SETTINGS)
+        yield
 
 
 def legend_below(figure: Any, columns: int = 3) -> None:

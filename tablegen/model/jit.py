@@ -32,8 +32,14 @@ import numba
 from numba.core import event
 from numba.extending import intrinsic, register_jitable
 
+from sampler.errors import InputError
+
 #: Settings of numba, from the environment.
 _CONFIG: Any = numba.config
+
+if _CONFIG.DISABLE_JIT:
+    _PROBLEM = "is set, and direct simulation runs as compiled code only"
+    raise InputError("NUMBA_DISABLE_JIT", problem=_PROBLEM, remedy="unset it")
 
 _LOG = logging.getLogger("tablegen")
 
@@ -170,7 +176,7 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
         compiled = numba.njit(**options, cache=kept)(function)
     finally:
         _CONFIG.CACHE_DIR = named
-    if kept and compiled is not function:  # they are the same with NUMBA_DISABLE_JIT
+    if kept:
         _go_on_without_space(compiled)
     # for a type checker the function stays the same
     return cast(_Function, compiled)

@@ -193,3 +193,19 @@ def test_callers_may_be_cached(table_path, tmp_path):
     ]
     assert [run.split()[-1] for run in runs] == ["0", "1"]
     assert runs[0].split()[:-1] == runs[1].split()[:-1]
+
+
+def test_a_daemon_thread_may_draw_until_the_process_ends(tmp_path):
+    script = f"""
+import threading, time, numba, numpy as np, sampler, sampler.numba
+table = sampler.load({str(SPINNING)!r})
+@numba.njit(nogil=True)
+def draw(handle, last):
+    state = np.zeros(8)
+    for index in range(last):
+        sampler.numba.sample(handle, 0.7, 100.0, seed=1, index=index, hit=0, out=state)
+draw(table.handle, 1)
+threading.Thread(target=draw, args=(table.handle, 10**10), daemon=True).start()
+time.sleep(0.1)
+"""
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
