@@ -439,19 +439,19 @@ def grain(handle: int, seed: int, index: int, hit: int | None = None) -> Vector:
 
 @numba.njit(nogil=True)
 def half_size(handle: int, diameter: float, grain: Vector) -> float:
-    """Compute the largest half-size of a grain [m]; see `sampler.half_size`. 0: it is not known."""
+    """Compute the largest half-size of a grain [m]: `sampler.half_size`. 0: not in the table."""
     return _half_size(handle, diameter, grain)[0]
 
 
 @numba.njit(nogil=True)
 def inertia(handle: int, grain: Vector) -> float:
-    """Compute the mean moment of inertia of a grain over m a^2; 0: it is not known."""
+    """Compute the mean moment of inertia of a grain over m a^2; 0: not in the table."""
     return _inertia(handle, grain)[0]
 
 
 @numba.njit(nogil=True)
 def sphericity(handle: int, grain: Vector) -> float:
-    """Compute the sphericity of a grain; see `sampler.sphericity`. 0: it is not known."""
+    """Compute the sphericity of a grain; see `sampler.sphericity`. 0: not in the table."""
     return _sphericity(handle, grain)[0]
 
 

@@ -33,7 +33,6 @@ from sampler.formats.shape_geometry import Geometry
 from sampler.law import Reduction, reduced_draws
 from sampler.library import OpenTable, Report
 from sampler.row_codes import RowCodes
-from sampler.wall import unknown_volume
 
 if TYPE_CHECKING:
     from sampler.device.device_table import DeviceTable
@@ -583,14 +582,11 @@ class Table:
         Raises
         ------
         InputError
-            If a diameter is not positive, if the table has no spin law, or if it has meshes and is
-            of format 3.0, which does not have their volume.
+            If a diameter is not positive, or if the table has no spin law.
         """
         if not self.has_spin:
             raise InputError("mean_half_size", problem=f"the table {self.pair} has no spin law")
         mean = library.library().rbt_mean_half_size(self.handle, 1.0)
-        if mean == 0.0:
-            raise unknown_volume("mean_half_size")
         return mean * as_positive("diameter", diameter)
 
     def to_device(self, dtype: Literal["float64", "float32"] = "float64") -> "DeviceTable":
@@ -659,7 +655,7 @@ def _geometry_by_code(contents: TableContents) -> dict[int, Geometry]:
     rows = zip(
         contents["spin/shape_codes"].tolist(),
         contents["spin/shape_weights"].tolist(),
-        contents.shape_geometry.tolist(),
+        contents["spin/shape_geometry"].tolist(),
         strict=True,
     )
     return {code: Geometry(*numbers) for code, weight, numbers in rows if weight > 0.0}

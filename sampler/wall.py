@@ -32,12 +32,6 @@ _FROM_ZERO = ("time", "viscosity", "critical_speed", "ra", "rq", "poisson", "wal
 _AT_REST = (0.0, 0.0, 0.0)
 
 
-def unknown_volume(argument: str) -> InputError:
-    """Make the error for sizes of meshes that a table does not have."""
-    problem = "the table is of format 3.0, which does not have the volume of its meshes"
-    return InputError(argument, problem=problem, remedy="make it again: tablegen generate")
-
-
 def _checked(**given: ArrayLike) -> dict[str, Reals]:
     """Coerce vectors, and numbers that are positive or may be 0; raises `InputError`."""
     return {
@@ -206,8 +200,7 @@ def half_size(table: HasGrains, diameter: ArrayLike, grain: ArrayLike) -> Reals:
     Raises
     ------
     InputError
-        If a diameter is not positive, if the table does not have a shape, or if a grain is a mesh
-        and the table is of format 3.0, which does not have the volume of its meshes.
+        If a diameter is not positive, or if the table does not have a shape.
 
     Examples
     --------
@@ -288,8 +281,7 @@ def sphericity(table: HasGrains, grain: ArrayLike) -> Reals:
 def _size_arguments(table: HasGrains, grain: ArrayLike, **given: ArrayLike) -> dict[str, ArrayLike]:
     """Find the geometry of grains, and return the arguments of a function in C, in order.
 
-    Refuses shapes that the table does not have, meshes of unknown volume, and ratios that no grain
-    has.
+    Refuses shapes that the table does not have, and ratios that no grain has.
     """
     rows = as_finite("grain", grain)
     codes, ratios = rows[..., 0], rows[..., 1:]
@@ -304,8 +296,6 @@ def _size_arguments(table: HasGrains, grain: ArrayLike, **given: ArrayLike) -> d
         raise InputError("grain", refused, allowed, row=index)
     kinds, places = np.unique(codes, return_inverse=True)
     geometry = np.array([table.shape_geometry[int(code)] for code in kinds]).reshape(-1, 4)
-    if not geometry[:, 0].all():
-        raise unknown_volume("grain")
     return {"geometry": geometry[places].reshape(*codes.shape, 4), **given, "grain": rows}
 
 

@@ -7,7 +7,6 @@ import numpy as np
 from spin_tables import with_spin_law
 from synthetic_table import make_contents
 
-from sampler.formats.layout import OPTIONAL_DATASET
 from tablegen.config.population import Population
 from tablegen.fitting.law_conditions import ratio_range
 
@@ -49,12 +48,6 @@ def sized_contents():
         "spin/shape_weights": np.diff(arguments.cumulative_weights, prepend=0.0),
         "spin/ratio_range": np.array([ratio_range(POPULATION, code) for code in codes]),
         "spin/aspect": arguments.aspect,
-        OPTIONAL_DATASET: np.array(list(POPULATION.shape_geometry().values())),
+        "spin/shape_geometry": np.array(list(POPULATION.shape_geometry().values())),
     }
-    return replace(contents, datasets=datasets)
-
-
-def without_geometry(contents):
-    """Return the contents as a table of version 3.0 has them."""
-    datasets = {p: x for p, x in contents.datasets.items() if p != OPTIONAL_DATASET}
     return replace(contents, datasets=datasets)

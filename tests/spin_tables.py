@@ -15,6 +15,8 @@ from sampler.formats.bounds import (
     N_OUTCOMES_WITH_WORKS,
 )
 from sampler.formats.channels import has_works
+from sampler.formats.shape_codes import FIRST_MESH
+from sampler.formats.shape_geometry import geometry_of_shape
 
 #: What a table has whose spin law was not compared with anything.
 _NOT_MEASURED = {"ks": (0, 6), "spin": (0, 3)}
@@ -83,6 +85,8 @@ def _law(seed, codes=(0, 1, 3), depth=2, outcomes=N_OUTCOMES):
         "speed_coordinate": np.array([0.1, 0.61]),
         "spin_range": np.array([0.0, 10.0]),
         "shape_inertia": np.array([MOMENTS.get(code, (0.25, 0.15)) for code in codes]),
+        # a mesh has that of an ellipsoid here
+        "shape_geometry": np.array([geometry_of_shape(code % FIRST_MESH) for code in codes]),
         "kappa_quantiles": np.sort(rng.uniform(size=(len(codes), 33)), axis=1),
         "centre": np.tile(np.array([0.7, 0.3, 0.4, 0.0, 0.0, 0.5, 0.75, 0.75], "f4"), (leaves, 1)),
         "scale": np.full((leaves, N_INPUTS), 2.0, np.float32),

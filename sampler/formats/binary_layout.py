@@ -27,7 +27,7 @@ from sampler.formats.shape_codes import FIRST_MESH
 #: Begins every file; its line ends show a transfer as text, its first byte one of seven bits.
 MAGIC = b"\x89RBT\r\n\x1a\n"
 #: Major and minor version of the format. A reader takes any minor version of its major version.
-BINARY_VERSION = (5, 0)
+BINARY_VERSION = (1, 0)
 #: Bytes to which every array is aligned: a cache line.
 ALIGNMENT = 64
 #: Files are smaller than this, so that 32-bit indices reach everything in them.
@@ -122,7 +122,7 @@ ARRAYS = (
         ("ratio_range", "<f8", ("n_shapes", 2, 2),
             "smallest and largest b/a, then c/b, that were simulated"),
         ("shape_geometry", "<f8", ("n_shapes", 4),
-            "volumes, moments and surfaces, as spin/shape_geometry; 0: not known"),
+            "volumes, moments and surfaces, as spin/shape_geometry"),
     ),
     *_arrays_with("n_leaves",
         ("shape_inertia", "<f8", ("n_shapes", 2),

@@ -102,6 +102,14 @@ def within(low: float, high: float) -> Check:
     return Check(f"{low:g} to {high:g}", problem)
 
 
+def _bodies(values: Array, _: Mapping[str, Array]) -> TableError | None:
+    """Refuse shapes without volume or moment of inertia."""
+    return first_refused(values, values[:, :2] <= 0.0, "above 0")
+
+
+bodies = Check("volumes and moments above 0", _bodies)
+
+
 def encloses(path: str, high: float) -> Check:
     """Check for two values, in order and from 0 up, with all values of another dataset between."""
 

@@ -37,12 +37,10 @@ from sampler.formats.layout import (
     FORMAT_VERSION,
     GROUP,
     OPTIONAL_ATTRIBUTE,
-    OPTIONAL_DATASET,
     SPHERE_DATASETS,
     Dataset,
     layout_of,
 )
-from sampler.formats.shape_geometry import geometry_of_shape
 from sampler.formats.table_shapes import check_shapes
 
 #: Bytes of a chunk of a compressed dataset, if a row has not more.
@@ -240,23 +238,12 @@ class TableContents:
         return tuple(name for name in self.channels if name in needed)
 
     @property
-    def shape_geometry(self) -> Array:
-        """Geometry of the shapes and meshes of the spin law, (n_shapes, 4).
-
-        In a table of version 3.0 that of meshes is not known, and truncated prisms are those of the
-        default.
-        """
-        if OPTIONAL_DATASET in self.datasets:
-            return self[OPTIONAL_DATASET]
-        return np.array([geometry_of_shape(code) for code in self[f"{GROUP}shape_codes"].tolist()])
-
-    @property
     def attributes(self) -> dict[str, Any]:
         """Root attributes of the file but the checksum."""
         valid = self.valid_speed
         return {
             "format": FORMAT,
-            "format_version": list(FORMAT_VERSION) if OPTIONAL_DATASET in self.datasets else [3, 0],
+            "format_version": list(FORMAT_VERSION),
             "pair": self.pair,
             "config": self.config,
             "seed": self.seed,

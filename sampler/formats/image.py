@@ -318,7 +318,7 @@ def _grain_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
         "shape_shares": np.cumsum(shares) / np.cumsum(shares)[-1],  # the last is exactly 1
         "shape_ratios": np.where(own[:, None], contents["spin/ratio_range"][drawn, :, 0], 0.0),
         "ratio_range": contents["spin/ratio_range"][drawn],
-        "shape_geometry": contents.shape_geometry[drawn],
+        "shape_geometry": contents["spin/shape_geometry"][drawn],
     }
 
 

@@ -45,9 +45,8 @@ from sampler.formats.bounds import (
 from sampler.formats.checks import Check
 
 FORMAT = "rebound-table"
-#: Major and minor version. A reader takes any minor version of its major version. A table without
-#: `OPTIONAL_DATASET` has the minor version 0.
-FORMAT_VERSION = (3, 1)
+#: Major and minor version. A reader takes any minor version of its major version.
+FORMAT_VERSION = (1, 0)
 
 
 @dataclass(frozen=True)
@@ -152,9 +151,6 @@ DATASETS = (
 #: Where the datasets of the spin law begin, and those of its accuracy.
 GROUP, ACCURACY = "spin/", "spin_accuracy/"
 
-#: The dataset that may be missing; it came with version 3.1.
-OPTIONAL_DATASET = "spin/shape_geometry"
-
 _EXPERTS = ("n_leaves", N_EXPERTS)
 
 SPIN_DATASETS = (
@@ -172,11 +168,10 @@ SPIN_DATASETS = (
         "gamma = c/b, largest g1 (1 + beta^2), smallest g3 beta^2 (1 + gamma^2); so the moments of "
         "a shape that is drawn with several ratios must be q (b^2 + c^2), as no cylinder's are",
         (checks.within(*INERTIA_COEFFICIENT),)),
-    Dataset(OPTIONAL_DATASET, "<f8", ("n_shapes", 4), "1",
+    Dataset("spin/shape_geometry", "<f8", ("n_shapes", 4), "1",
         "volume over a b c; mean moment of inertia over m (a^2 + b^2 + c^2); s, t of the surface "
-        "s (a b + b c + c a) + t (a^2 b^2 + b^2 c^2 + c^2 a^2)^(1/2), both 0 for an ellipsoid; "
-        "missing in tables of version 3.0",
-        (checks.within(0.0, MOST_GEOMETRY),)),
+        "s (a b + b c + c a) + t (a^2 b^2 + b^2 c^2 + c^2 a^2)^(1/2), both 0 for an ellipsoid",
+        (checks.within(0.0, MOST_GEOMETRY), checks.bodies)),
     Dataset("spin/kappa_quantiles", "<f8", ("n_shapes", N_KAPPA_QUANTILES), "1",
         "place kappa of the inertia about the spin, by shape, that rebounds leave: at equal steps "
         "of probability from 0 to 1; 0 at the smallest moment of inertia, 1 at the largest",
@@ -259,7 +254,8 @@ SPHERE_DATASETS = (
 
 #: What a table of spheres shares with others.
 _SHARED = (
-    "axes/alpha_deg axes/speed spin/shape_codes spin/shape_weights spin/ratio_range spin/aspect"
+    "axes/alpha_deg axes/speed spin/shape_codes spin/shape_weights spin/ratio_range "
+    "spin/shape_geometry spin/aspect"
 )
 
 
@@ -270,10 +266,8 @@ def layout_of(paths: Iterable[str]) -> tuple[Dataset, ...]:
         every = (*DATASETS, *SPIN_DATASETS)
         shared = (d for d in every if d.path in _SHARED.split() or d.path.startswith("accuracy/"))
         return (*shared, *SPHERE_DATASETS)
-    if not any(path.startswith((GROUP, ACCURACY)) for path in given):
-        return DATASETS
-    known = (*DATASETS, *SPIN_DATASETS)
-    return tuple(d for d in known if d.path != OPTIONAL_DATASET or d.path in given)
+    has_spin = any(path.startswith((GROUP, ACCURACY)) for path in given)
+    return (*DATASETS, *SPIN_DATASETS) if has_spin else DATASETS
 
 
 class Attribute(NamedTuple):

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from sampler.formats.shape_codes import SHAPE_CODES
+from sampler.formats.shape_codes import SHAPE_NAMES
 
 #: Fraction of each half-edge at which a truncated prism loses its corners, by default: a cube
 #: becomes a regular truncated cube.
@@ -25,12 +25,8 @@ class Geometry(NamedTuple):
     surface_across: float
 
 
-#: Of meshes whose geometry is not known.
-UNKNOWN = Geometry(0.0, 0.0, 0.0, 0.0)
-
-
 def geometry_of_shape(shape_code: int, truncation: float = TRUNCATION) -> Geometry:
-    """Give the geometry of a shape other than a mesh; of a mesh it is not known."""
+    """Give the geometry of a shape other than a mesh."""
     f = truncation
     corners = f**3 / 6.0  # volume of the corners of a truncated prism, over that of the prism
     # mean of x^2 / a^2 in these corners
@@ -47,5 +43,4 @@ def geometry_of_shape(shape_code: int, truncation: float = TRUNCATION) -> Geomet
         "tetrahedron": Geometry(8.0 / 3.0, 2.0 / 15.0, 0.0, 8.0),
         "sphere": ellipsoid,
     }
-    by_code = {SHAPE_CODES[name]: geometry for name, geometry in shapes.items()}
-    return by_code.get(shape_code, UNKNOWN)
+    return shapes[SHAPE_NAMES[shape_code]]

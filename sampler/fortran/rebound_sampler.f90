@@ -331,7 +331,7 @@ contains
     places = columns(:n) + 1
   end function rbt_variables
 
-  ! Largest half-size, m, of a grain whose volume is that of a sphere of the diameter; 0: not known.
+  ! Largest half-size, m, of a grain whose volume is that of a sphere of the diameter; 0: not in the table.
   function rbt_half_size(table, diameter, grain) result(half_size)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: diameter, grain(3)
@@ -340,7 +340,7 @@ contains
     half_size = c_half_size(table%handle, diameter, grain)
   end function rbt_half_size
 
-  ! Mean moment of inertia of a grain over m a**2; 0: not known.
+  ! Mean moment of inertia of a grain over m a**2; 0: not in the table.
   function rbt_inertia(table, grain) result(inertia)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: grain(3)
@@ -349,7 +349,7 @@ contains
     inertia = c_inertia(table%handle, grain)
   end function rbt_inertia
 
-  ! Surface of the sphere of equal volume over that of a grain; 0: not known.
+  ! Surface of the sphere of equal volume over that of a grain; 0: not in the table.
   function rbt_sphericity(table, grain) result(sphericity)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: grain(3)
@@ -369,7 +369,7 @@ contains
     moment = c_moment_of_inertia(table%handle, seed, index, inertia, mass, half_size, diameter)
   end function rbt_moment_of_inertia
 
-  ! Mean of rbt_half_size over the particles of the table; 0: not known.
+  ! Mean of rbt_half_size over the particles of the table; 0: it has no spin law.
   function rbt_mean_half_size(table, diameter) result(half_size)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: diameter

@@ -11,6 +11,7 @@ from sampler.errors import InputError
 from sampler.formats.channels import channels_for
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.shape_codes import SHAPE_CODES
+from sampler.formats.shape_geometry import geometry_of_shape
 from sampler.table import Table
 from tablegen.config.config import Config, stored_config
 from tablegen.model.impacts import GRAZING
@@ -52,6 +53,7 @@ def sphere_contents(config: Config) -> TableContents:
         "spin/shape_codes": np.array([SHAPE_CODES["sphere"]]),
         "spin/shape_weights": np.ones(1),
         "spin/ratio_range": np.ones((1, 2, 2)),
+        "spin/shape_geometry": np.array([geometry_of_shape(SHAPE_CODES["sphere"])]),
         "spin/aspect": np.array([(1.0, 0.0, 0.0, 1.0)] * 2),
         "sphere/laws": sphere_laws(config),
         **accuracy_datasets([], len(columns)),

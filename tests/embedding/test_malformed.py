@@ -64,7 +64,7 @@ def components_to_the_end(data):
 MALFORMED = {
     ("nodes", -24): [cut(0), field("magic", b"\x89RBT\n\x1a\n\0")],
     ("nodes", -25): [
-        *(field("major", version) for version in (1, 4, 6)),
+        *(field("major", version) for version in (0, 2, 5)),
         lambda data: field("major", 4)(data)[:432].copy(),
     ],
     ("nodes", -26): [cut(10), cut(-1), field("header_bytes", 727), field("file_bytes", 2**20)],

@@ -30,7 +30,7 @@ typedef struct rbti_header {
 
 /* begin checks */
 #define RBTI_MAGIC "\211\122\102\124\015\012\032\012"
-#define RBTI_MAJOR 5
+#define RBTI_MAJOR 1
 #define RBTI_MOST_BYTES 0x80000000u
 #define RBTI_SPEED_INDEPENDENT 1u
 #define RBTI_SPHERES 2u

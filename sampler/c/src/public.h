@@ -337,15 +337,13 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_grains(const rbt_table *table, size_t n,
 
 /* -- sizes and shapes of grains ------------------------------------------------------------------- */
 
-/* Sizes of grains, of shapes of the table; 0 for any other shape. A table that was made from a file of
-   format 3.0 does not have the volume of its meshes, and gives 0 for meshes, too. */
+/* Sizes of grains, of shapes of the table; 0 for any other shape. */
 
 /* Largest half-size a of a grain whose volume is that of a sphere of this diameter, m. */
 RBT_API RBT_DEVICE double rbt_half_size(const rbt_table *table, double diameter,
                                         const double grain[3]);
 
-/* Mean of rbt_half_size over the particles of a table, m. 0 for a table without a spin law, and where the
-   size of a mesh is not known. */
+/* Mean of rbt_half_size over the particles of a table, m. 0 for a table without a spin law. */
 RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diameter);
 
 /* Mean moment of inertia of a grain over m a^2. */

@@ -97,10 +97,7 @@ RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diam
         const int are_drawn = ratios[0] == 0.0;
         const double grain[3] = {(double)law->shape_codes[row], are_drawn ? 1.0 : ratios[0],
                                  are_drawn ? 1.0 : ratios[1]};
-        const double half = rbt_half_size(table, diameter, grain);
-        if (half == 0.0)
-            return 0.0;
-        sum += (law->shape_shares[row] - before) * half *
+        sum += (law->shape_shares[row] - before) * rbt_half_size(table, diameter, grain) *
                (are_drawn ? rbti_mean_power(law->aspect, -2.0 / 3.0) *
                             rbti_mean_power(law->aspect + 4, -1.0 / 3.0)
                       : 1.0);

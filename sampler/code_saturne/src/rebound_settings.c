@@ -160,9 +160,6 @@ static void check_table(rebound_settings_t *settings, const rbt_table *table)
         refuse_setting("spin", "the table has no spin law; write `spin no`, or give another table");
     if (settings->half_size == 0.0) /* only a spin depends on it */
         settings->half_size = has_spin ? rbt_mean_half_size(table, 1.0) : 0.5;
-    if (settings->half_size == 0.0)
-        refuse_setting("half_size", "the setting is missing, and a table of format 3.0 with meshes does not "
-                                    "know it; give a positive number");
     if (settings->face_histograms && settings->histogram_speed == 0.0)
         settings->histogram_speed = rbt_highest_speed(table);
     if (settings->face_histograms && settings->histogram_speed == 0.0)

@@ -31,9 +31,7 @@ void Foam::TabulatedRebound<CloudType>::checkHalfSize()
 
     grains_.halfSizeRule = given;
     rebound::needValue(given > 0, this->coefficients(), "halfSizeRule", given,
-        mean > 0
-      ? "a positive number"
-      : "a positive number, which a table of format 3.0 with meshes needs");
+        "a positive number");
 }
 
 

@@ -82,7 +82,7 @@ def test_file_describes_itself(file, contents):
     with h5py.File(file) as opened:
         assert set(opened.attrs) == {*FILE_ATTRIBUTES, *ATTRIBUTES} - {"valid_speed"}
         assert opened.attrs["format"] == "rebound-table"
-        assert opened.attrs["format_version"].tolist() == [3, 0]
+        assert opened.attrs["format_version"].tolist() == [1, 0]
         assert opened.attrs["content_sha256"] == _checksum(opened) == contents.content_sha256
         for path, node in _all_datasets(opened).items():
             assert node.attrs["units"], path
@@ -132,7 +132,7 @@ def test_names_and_texts_that_can_be_shown(tmp_path, text, pair):
 
 def test_later_minor_version_with_a_further_dataset(file):
     def change(opened):
-        opened.attrs["format_version"] = [3, 7]
+        opened.attrs["format_version"] = [1, 7]
         opened["dependence/later"] = np.arange(3.0)
 
     _edit(file, change)
@@ -166,7 +166,7 @@ def _group_for_dataset(file):
 
 #: Changes of a file by what is refused then.
 REFUSED = {
-    "format_version": [_attribute("format_version", version) for version in ([2, 0], [4, 0], 3)],
+    "format_version": [_attribute("format_version", version) for version in ([0, 1], [2, 0], 1)],
     "pair": [
         lambda file: file.attrs.__delitem__("pair"),
         *(_attribute("pair", text) for text in ("a\x1b[2Jb", "x" * 10**5)),
