@@ -15,7 +15,7 @@ from .wall import critical_speed as critical_speed
 from .wall import deposits as deposits
 from .wall import gas_torque as gas_torque
 from .wall import half_size as half_size
-from .wall import inertia as inertia
+from .wall import mean_inertia as mean_inertia
 from .wall import sphericity as sphericity
 from .wall import spin_after as spin_after
 from .wall import wall_tilt as wall_tilt

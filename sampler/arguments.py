@@ -392,6 +392,11 @@ def broadcast(
     return Call(shape, Rows(math.prod(shape), seed, rows, fresh))
 
 
+def resting_if_own(given: dict[str, Any], grain: str | None) -> dict[str, Any]:
+    """Give a particle that keeps its grain a spin of zero, if a draw is given none."""
+    return {"spin": (0.0, 0.0, 0.0)} | given if grain == "own" and "alpha1" in given else given
+
+
 def check_grain_word(grain: Any) -> None:
     """Refuse a word for a grain that is neither "own" nor "fresh"."""
     if isinstance(grain, str) and grain not in ("own", "fresh"):

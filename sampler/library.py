@@ -63,7 +63,7 @@ _FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "rbt_gas_torque_rows": (None, c_size_t, *6 * [c_void_p]),
     "rbt_spin_after_rows": (None, c_size_t, *8 * [c_void_p]),
     "rbt_half_size_rows": (None, c_size_t, *4 * [c_void_p]),
-    "rbt_inertia_rows": (None, c_size_t, *3 * [c_void_p]),
+    "rbt_mean_inertia_rows": (None, c_size_t, *3 * [c_void_p]),
     "rbt_sphericity_rows": (None, c_size_t, *3 * [c_void_p]),
     "rbt_critical_speed_rows": (None, c_size_t, *7 * [c_void_p]),
     "rbt_deposits_rows": (None, c_size_t, *5 * [c_void_p]),

@@ -236,7 +236,7 @@ _torque = _library_function(
 )
 _spin_after = _library_function(
     "rbt_spin_after",
-    {"omega": _VECTOR, "time": _NUMBER, "inertia": _NUMBER} | _GAS,
+    {"omega": _VECTOR, "time": _NUMBER, "moment": _NUMBER} | _GAS,
     count=3,
     returns=types.void,
 )
@@ -246,8 +246,8 @@ _half_size = _library_function(
     count=0,
     returns=types.float64,
 )
-_inertia = _library_function(
-    "rbt_inertia", {"handle": _HANDLE, "grain": _VECTOR}, count=0, returns=types.float64
+_mean_inertia = _library_function(
+    "rbt_mean_inertia", {"handle": _HANDLE, "grain": _VECTOR}, count=0, returns=types.float64
 )
 _sphericity = _library_function(
     "rbt_sphericity", {"handle": _HANDLE, "grain": _VECTOR}, count=0, returns=types.float64
@@ -444,9 +444,9 @@ def half_size(handle: int, diameter: float, grain: Vector) -> float:
 
 
 @numba.njit(nogil=True)
-def inertia(handle: int, grain: Vector) -> float:
+def mean_inertia(handle: int, grain: Vector) -> float:
     """Compute the mean moment of inertia of a grain over m a^2; 0: not in the table."""
-    return _inertia(handle, grain)[0]
+    return _mean_inertia(handle, grain)[0]
 
 
 @numba.njit(nogil=True)
@@ -467,14 +467,14 @@ def gas_torque(
 def spin_after(
     omega: Vector,
     time: float,
-    inertia: float,
+    moment: float,
     diameter: float,
     density: float,
     viscosity: float,
     gas_rotation: Maybe = None,
 ) -> Vector:
     """Compute the spin of one particle after a flight [rad/s]; see `sampler.spin_after`."""
-    return _spin_after(omega, time, inertia, diameter, density, viscosity, gas_rotation)
+    return _spin_after(omega, time, moment, diameter, density, viscosity, gas_rotation)
 
 
 @numba.njit(nogil=True)

@@ -23,6 +23,7 @@ from sampler.arguments import (
     check_written,
     common_shape,
     present,
+    resting_if_own,
 )
 from sampler.covered import make_covered
 from sampler.errors import InputError
@@ -181,7 +182,7 @@ class Table:
         *,
         spin: ArrayLike | None = None,
         inertia: ArrayLike | None = None,
-        grain: Grain = "own",
+        grain: Grain | None = None,
         seed: int | None = None,
         index: ArrayLike | None = None,
         hit: ArrayLike | None = None,
@@ -208,16 +209,19 @@ class Table:
             Mean angular velocity before the impact times a/V, in the frame of the wall. If it is
             given, even as zeros, the draw is from the spin law, in which each particle has a grain
             of its own. Otherwise the draw is from the law of first impacts, which holds for random
-            grains. To follow particles from wall to wall, give zeros at their first hit.
+            grains. To follow particles from wall to wall, give zeros or ``grain="own"`` at their
+            first hit.
         inertia : float or array, shape (...), optional
             Inertia k about the spin over m a^2; the rotational energy is ``k |spin|^2`` in units of
             m V^2 / 2. With 0, the default, it is not known, and the keys draw it from the inertias
             that rebounds leave. Without a spin it has no effect.
         grain : {"own", "fresh"} or array, shape (..., 3), optional
-            Grain of each particle. With "own", the default, a particle has the same grain at every
-            hit, drawn by (seed, index), as `grains` returns it. With "fresh" it has another grain
-            at every hit, drawn by (seed, index, hit). An array has the shape code, b/a and c/b of
-            each grain; if `spin` is not given, these grains arrive without spin.
+            Grain of each particle. With "own" a particle has the same grain at every hit, drawn by
+            (seed, index), as `grains` returns it. With "fresh" it has another grain at every hit,
+            drawn by (seed, index, hit). An array has the shape code, b/a and c/b of each grain. By
+            default it is "own" with a spin; without one the draw is from the law of first impacts,
+            which is that of fresh grains. Own grains, and those of an array, arrive at rest if
+            `spin` is not given.
         seed : int
             Seed of the run, 0 to 2**64 - 1.
         index : int or array of int, shape (...)
@@ -613,7 +617,7 @@ class Table:
 
         return DeviceTable(self, self._table.image, dtype)
 
-    def check_spin(self, name: str, spin: Any, grain: Grain) -> None:
+    def check_spin(self, name: str, spin: Any, grain: Grain | None) -> None:
         """Refuse a spin (named "spin" or "omega") or a grain for which the table has no law."""
         check_grain_word(grain)
         if self.has_spin:
@@ -622,18 +626,18 @@ class Table:
         fresh = "" if name == "spin" else ', and give grain="fresh"'
         if spin is not None:
             raise InputError(name, problem=problem, remedy=f"leave it out{fresh}")
-        if not isinstance(grain, str):
+        if grain is not None and not isinstance(grain, str):
             raise InputError("grain", problem=problem, remedy=f"leave it out{fresh}")
-        if fresh and grain == "own":
+        if grain == "own":
             remedy = 'give grain="fresh", the law of first impacts'
             raise InputError("grain", problem=problem, remedy=remedy)
 
-    def _call(self, given: dict[str, Any], grain: Grain, keys: Keys) -> Call:
+    def _call(self, given: dict[str, Any], grain: Grain | None, keys: Keys) -> Call:
         """Make rows of the arguments of a call."""
         name = "omega" if "velocity" in given else "spin"
         self.check_spin(name, given.get(name), grain)
-        if isinstance(grain, str):
-            return broadcast(given, keys, fresh=grain == "fresh")
+        if grain is None or isinstance(grain, str):
+            return broadcast(resting_if_own(given, grain), keys, fresh=grain == "fresh")
         return broadcast(given | {"grain": grain}, keys)
 
     def _reduced(
@@ -641,7 +645,7 @@ class Table:
     ) -> NDArray[np.float64]:
         """Reduce the draws at each condition to some numbers."""
         given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
-        call = self._call(given, "own", Keys(rng=np.random.default_rng(0)))
+        call = self._call(given, None, Keys(rng=np.random.default_rng(0)))
         report = library.sample(self._table, call.rows, None, 1)
         self._codes.refuse(call, report)
         self._codes.count(call, report, 4)

@@ -117,7 +117,7 @@ def gas_torque(
 def spin_after(
     omega: ArrayLike,
     time: ArrayLike,
-    inertia: ArrayLike,
+    moment: ArrayLike,
     diameter: ArrayLike,
     density: ArrayLike,
     viscosity: ArrayLike,
@@ -135,10 +135,10 @@ def spin_after(
         Mean angular velocity at the beginning, as a rebound gives it [rad/s].
     time : float or array, shape (...)
         Time of flight [s].
-    inertia : float or array, shape (...)
+    moment : float or array, shape (...)
         Moment of inertia of the particle about its spin [kg m^2]: k m a^2, with the inertia k that
         a rebound gives (`Rebound.inertia`), the mass m and the largest half-size a. If k is 0, take
-        `sampler.inertia` of the grain in its place.
+        `sampler.mean_inertia` of the grain in its place.
     diameter, density, viscosity, gas_rotation
         As for `gas_torque`.
 
@@ -162,13 +162,13 @@ def spin_after(
     >>> import sampler
     >>> air = {"density": 1.2, "viscosity": 1.8e-5}
     >>> omega = sampler.spin_after(
-    ...     [0.0, 0.0, 1e5], time=1e-3, inertia=5e-22, diameter=20e-6, **air
+    ...     [0.0, 0.0, 1e5], time=1e-3, moment=5e-22, diameter=20e-6, **air
     ... )
     >>> print(f"{omega[2]:.0f} rad/s")
     40463 rad/s
     """
     gas = {"density": density, "viscosity": viscosity, "gas_rotation": gas_rotation}
-    given = {"omega": omega, "time": time, "inertia": inertia, "diameter": diameter}
+    given = {"omega": omega, "time": time, "moment": moment, "diameter": diameter}
     return _by_rows("rbt_spin_after_rows", 3, **given, **gas)
 
 
@@ -212,7 +212,7 @@ def half_size(table: HasGrains, diameter: ArrayLike, grain: ArrayLike) -> Reals:
     return _by_rows("rbt_half_size_rows", **_size_arguments(table, grain, diameter=diameter))
 
 
-def inertia(table: HasGrains, grain: ArrayLike) -> Reals:
+def mean_inertia(table: HasGrains, grain: ArrayLike) -> Reals:
     """Compute the mean moment of inertia of grains over m a^2.
 
     It takes the place of the inertia about the spin if that is not known.
@@ -238,10 +238,10 @@ def inertia(table: HasGrains, grain: ArrayLike) -> Reals:
     Examples
     --------
     >>> import sampler
-    >>> sampler.inertia(sampler.load("kharaz-2001"), [4, 1.0, 1.0])  # a sphere
+    >>> sampler.mean_inertia(sampler.load("kharaz-2001"), [4, 1.0, 1.0])  # a sphere
     array(0.4)
     """
-    return _by_rows("rbt_inertia_rows", **_size_arguments(table, grain))
+    return _by_rows("rbt_mean_inertia_rows", **_size_arguments(table, grain))
 
 
 def sphericity(table: HasGrains, grain: ArrayLike) -> Reals:

@@ -24,12 +24,12 @@ void rbt_gas_torque_rows(size_t n, const double *omega, const double *diameter,
                        torque + 3 * k);
 }
 
-void rbt_spin_after_rows(size_t n, const double *omega, const double *time, const double *inertia,
+void rbt_spin_after_rows(size_t n, const double *omega, const double *time, const double *moment,
                          const double *diameter, const double *density, const double *viscosity,
                          const double *gas_rotation, double *new_omega)
 {
     for (size_t k = 0; k < n; k++)
-        rbt_spin_after(omega + 3 * k, time[k], inertia[k], diameter[k], density[k], viscosity[k],
+        rbt_spin_after(omega + 3 * k, time[k], moment[k], diameter[k], density[k], viscosity[k],
                        gas_rotation + 3 * k, new_omega + 3 * k);
 }
 
@@ -40,7 +40,7 @@ void rbt_half_size_rows(size_t n, const double *geometry, const double *diameter
         half_size[k] = rbti_half_size(geometry + 4 * k, diameter[k], grain + 3 * k);
 }
 
-void rbt_inertia_rows(size_t n, const double *geometry, const double *grain, double *inertia)
+void rbt_mean_inertia_rows(size_t n, const double *geometry, const double *grain, double *inertia)
 {
     for (size_t k = 0; k < n; k++)
         inertia[k] = rbti_inertia(geometry + 4 * k, grain + 3 * k);

@@ -4,7 +4,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from sampler.arguments import Keys, Rebound, as_isotropic, broadcast
+from sampler.arguments import Keys, Rebound, as_isotropic, broadcast, present, resting_if_own
 from sampler.device import program
 from sampler.errors import InputError
 from sampler.formats.image import Image
@@ -91,7 +91,7 @@ class DeviceTable:
         *,
         spin: Any = None,
         inertia: Any = None,
-        grain: Literal["own", "fresh"] = "own",
+        grain: Literal["own", "fresh"] | None = None,
         seed: int | None = None,
         index: Any = None,
         hit: Any = None,
@@ -122,7 +122,8 @@ class DeviceTable:
         arguments = {"alpha1": alpha1, "speed": speed, "spin": spin, "inertia": inertia}
         call = self._call(arguments, "spin", grain, Keys(seed, index, hit))
         states = self._empty(*call.shape, len(self.columns))
-        kernel = "rbt_sample_kernel" if spin is None else "rbt_spin_sample_kernel"
+        spins = "spin" in call.rows.arrays
+        kernel = "rbt_spin_sample_kernel" if spins else "rbt_sample_kernel"
         after = None if inertia_after is None else self._empty(*call.shape)
         self._launch(kernel, call, "conditions", [states, after])
         if inertia_after is not None:
@@ -201,10 +202,10 @@ class DeviceTable:
         self, arguments: dict[str, Any], name: str, grain: Any, keys: Keys
     ) -> program.DeviceCall:
         """Make rows of those arguments of a call that are given."""
-        if not isinstance(grain, str):
+        if not isinstance(grain, str | None):
             raise InputError("grain", type(grain).__name__, "'own', 'fresh'")
         self._table.check_spin(name, arguments[name], grain)
-        given = {name: values for name, values in arguments.items() if values is not None}
+        given = resting_if_own(present(**arguments), grain)
         with self._device:
             there = program.DeviceArrays(self._cupy, self.dtype)
             return program.DeviceCall(*broadcast(given, keys, grain == "fresh", arrays_of=there))

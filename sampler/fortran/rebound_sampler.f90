@@ -28,7 +28,7 @@ module rebound_sampler
   public :: rbt_covered, rbt_has_spin_law, rbt_variables, rbt_pair
   public :: rbt_sample, rbt_rebound, rbt_grains
   public :: rbt_wall_tilt, rbt_gas_torque, rbt_spin_after
-  public :: rbt_half_size, rbt_inertia, rbt_sphericity, rbt_mean_half_size, rbt_moment_of_inertia
+  public :: rbt_half_size, rbt_mean_inertia, rbt_sphericity, rbt_mean_half_size, rbt_moment_of_inertia
   public :: rbt_critical_speed, rbt_deposits
 
   ! Codes, and places of the variables in a state; by `python -m sampler.formats.generated_code`.
@@ -201,12 +201,12 @@ module rebound_sampler
       real(c_double) :: half_size
     end function c_half_size
 
-    function c_inertia(table, grain) result(inertia) bind(c, name="rbt_inertia")
+    function c_mean_inertia(table, grain) result(inertia) bind(c, name="rbt_mean_inertia")
       import :: c_double, c_ptr
       type(c_ptr), value :: table
       real(c_double), intent(in) :: grain(3)
       real(c_double) :: inertia
-    end function c_inertia
+    end function c_mean_inertia
 
     function c_moment_of_inertia(table, seed, index, inertia, mass, half_size, diameter) result(moment) &
         bind(c, name="rbt_moment_of_inertia")
@@ -251,11 +251,11 @@ module rebound_sampler
       real(c_double), intent(out) :: torque(3)
     end subroutine c_gas_torque
 
-    subroutine c_spin_after(omega, time, inertia, diameter, density, viscosity, gas_rotation, &
+    subroutine c_spin_after(omega, time, moment, diameter, density, viscosity, gas_rotation, &
         new_omega) bind(c, name="rbt_spin_after")
       import :: c_double, c_ptr
       real(c_double), intent(in) :: omega(3)
-      real(c_double), value :: time, inertia, diameter, density, viscosity
+      real(c_double), value :: time, moment, diameter, density, viscosity
       type(c_ptr), value :: gas_rotation
       real(c_double), intent(out) :: new_omega(3)
     end subroutine c_spin_after
@@ -341,13 +341,13 @@ contains
   end function rbt_half_size
 
   ! Mean moment of inertia of a grain over m a**2; 0: not in the table.
-  function rbt_inertia(table, grain) result(inertia)
+  function rbt_mean_inertia(table, grain) result(inertia)
     type(rbt_table), intent(in) :: table
     real(c_double), intent(in) :: grain(3)
     real(c_double) :: inertia
 
-    inertia = c_inertia(table%handle, grain)
-  end function rbt_inertia
+    inertia = c_mean_inertia(table%handle, grain)
+  end function rbt_mean_inertia
 
   ! Surface of the sphere of equal volume over that of a grain; 0: not in the table.
   function rbt_sphericity(table, grain) result(sphericity)
@@ -399,13 +399,13 @@ contains
   end subroutine rbt_gas_torque
 
   ! Angular velocity that this torque leaves after a time; new_omega must be another variable than omega.
-  subroutine rbt_spin_after(omega, time, inertia, diameter, density, viscosity, gas_rotation, &
+  subroutine rbt_spin_after(omega, time, moment, diameter, density, viscosity, gas_rotation, &
       new_omega)
-    real(c_double), intent(in) :: omega(3), time, inertia, diameter, density, viscosity
+    real(c_double), intent(in) :: omega(3), time, moment, diameter, density, viscosity
     real(c_double), intent(in), target, optional :: gas_rotation(3)
     real(c_double), intent(out) :: new_omega(3)
 
-    call c_spin_after(omega, time, inertia, diameter, density, viscosity, address_of(gas_rotation), &
+    call c_spin_after(omega, time, moment, diameter, density, viscosity, address_of(gas_rotation), &
         new_omega)
   end subroutine rbt_spin_after
 

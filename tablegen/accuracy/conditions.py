@@ -28,7 +28,7 @@ _STEEP_SHARES = (0.96, 0.99)
 _STREAM_KEY = 2**31
 
 
-class Place(NamedTuple):
+class ComparedCondition(NamedTuple):
     """Impact condition without spin at which a table is compared with direct simulation."""
 
     #: Impact angle [degrees] and speed [m/s].
@@ -39,7 +39,7 @@ class Place(NamedTuple):
     own: bool = False
 
 
-def pick_conditions(table: Table, count: int, seed: int) -> list[Place]:
+def pick_conditions(table: Table, count: int, seed: int) -> list[ComparedCondition]:
     """Choose conditions between nodes, evenly spread over angle and speed, and sorted by angle.
 
     The conditions are a Latin hypercube of low discrepancy over degrees and m/s. Each one is then
@@ -54,7 +54,7 @@ def pick_conditions(table: Table, count: int, seed: int) -> list[Place]:
     points = points[np.argsort(points[:, 0])]
     alpha = _between_nodes(points[:, 0], table.alpha_nodes_deg)
     speed = _between_nodes(points[:, 1], table.speed_nodes)
-    return [Place(float(a), float(v)) for a, v in zip(alpha, speed, strict=True)]
+    return [ComparedCondition(float(a), float(v)) for a, v in zip(alpha, speed, strict=True)]
 
 
 def _between_nodes(u: FloatArray, nodes: FloatArray) -> FloatArray:
@@ -67,7 +67,7 @@ def _between_nodes(u: FloatArray, nodes: FloatArray) -> FloatArray:
     return low + width * (_MARGIN + (1.0 - 2.0 * _MARGIN) * (value - low) / width)
 
 
-def pick_own_conditions(table: Table, count: int, seed: int) -> list[Place]:
+def pick_own_conditions(table: Table, count: int, seed: int) -> list[ComparedCondition]:
     """Choose conditions of the spin law, as `pick_conditions` does.
 
     The last two are nearly normal impacts, because there the law changes fastest with the angle.
@@ -79,7 +79,7 @@ def pick_own_conditions(table: Table, count: int, seed: int) -> list[Place]:
     return places
 
 
-def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:
+def check_conditions(table: Table, places: Sequence[ComparedCondition]) -> list[ComparedCondition]:
     """Return conditions as floats; raise `InputError` if none is given or one is not covered."""
     if not places:
         raise InputError("at", "no condition", "one or more")
@@ -92,4 +92,4 @@ def check_conditions(table: Table, places: Sequence[Place]) -> list[Place]:
             if not low <= value <= high:
                 allowed = f"{low:g} to {high:g} {unit}, which the table covers"
                 raise InputError(name, f"{value:.9g} {unit}", allowed)
-    return [Place(float(p.alpha_deg), float(p.speed)) for p in places]
+    return [ComparedCondition(float(p.alpha_deg), float(p.speed)) for p in places]

@@ -15,7 +15,7 @@ from sampler.formats.layout import ACCURACY
 from sampler.table import Table
 from tablegen.accuracy.chains import LaterHit, chain_comparisons
 from tablegen.accuracy.comparison import Comparison, compare
-from tablegen.accuracy.conditions import Place
+from tablegen.accuracy.conditions import ComparedCondition
 from tablegen.config.config import Config
 from tablegen.config.metric_table import CHAINS, METRICS
 from tablegen.config.targets import AccuracyTargets
@@ -46,7 +46,7 @@ def sample_size(targets: AccuracyTargets, smallest: int = SMALLEST_SAMPLES) -> i
 
 
 def compare_condition(
-    table: Table, config: Config, seed: int, samples: int, numbered: tuple[int, Place]
+    table: Table, config: Config, seed: int, samples: int, numbered: tuple[int, ComparedCondition]
 ) -> Comparison:
     """Compare a table with direct simulation at one condition.
 
@@ -84,7 +84,7 @@ def compare_condition(
 def measure(
     table: Table,
     config: Config,
-    places: Sequence[Place],
+    places: Sequence[ComparedCondition],
     *,
     seed: int,
     samples: int,
@@ -96,7 +96,7 @@ def measure(
     ----------
     table, config
         The table, and the configuration that it was made from.
-    places : sequence of Place
+    places : sequence of ComparedCondition
         Conditions, all of the same law.
     seed : int
         Seed of the simulation and of the draws.

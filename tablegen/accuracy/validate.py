@@ -18,7 +18,7 @@ from sampler.table import Table
 from tablegen.accuracy.chains import LaterHit
 from tablegen.accuracy.comparison import Comparison
 from tablegen.accuracy.conditions import (
-    Place,
+    ComparedCondition,
     check_conditions,
     pick_conditions,
     pick_own_conditions,
@@ -222,9 +222,9 @@ def validate_contents(
     table = Table(contents)
     asked = asked_accuracy(config.accuracy, accuracy)
     asked_spin = asked_accuracy(config.spin_targets, accuracy)
-    places, own = pick_conditions(table, conditions, seed), list[Place]()
+    places, own = pick_conditions(table, conditions, seed), list[ComparedCondition]()
     if at is not None:
-        places = check_conditions(table, [Place(*place) for place in at])
+        places = check_conditions(table, [ComparedCondition(*place) for place in at])
     elif table.has_spin:
         own = pick_own_conditions(table, conditions, seed)
     stored = worst_stored(contents.datasets, "spin_accuracy")

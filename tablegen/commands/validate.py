@@ -93,9 +93,9 @@ def validate(
     status is 1, and a line says what to change. A table of spheres must agree with direct
     simulation within rounding errors.
     """
+    import tablegen
     from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
-    from tablegen.accuracy.validate import validate as compare
     from tablegen.evidence.page import validation_page
     from tablegen.tables.assembly import check_store, store_accuracy
 
@@ -108,7 +108,7 @@ def validate(
         return print_spheres(contents, settings["seed"])
     if store:
         check_store(table, at is not None)
-    result = compare(table, at=at, **settings)
+    result = tablegen.validate(table, at=at, **settings)
     if json_file:
         write_text(json_file, json_text(result.to_dict()))
     if html_file:

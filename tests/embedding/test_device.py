@@ -85,6 +85,8 @@ def test_draws_with_spin_have_the_bits_of_the_table(cupy, grain):
     given = CONDITIONS | {"spin": RNG.standard_normal((N, 3))}
     states = table.to_device().sample(**there(cupy, given), grain=grain)
     same(cupy, states, table.sample(**given, grain=grain))
+    states = table.to_device().sample(**there(cupy, CONDITIONS), grain=grain)
+    same(cupy, states, table.sample(**CONDITIONS, grain=grain))
     spheres = sampler.load("kharaz-2001")
     same(cupy, spheres.to_device().sample(**there(cupy, given)), spheres.sample(**given), 1e-5)
 

@@ -33,7 +33,7 @@ def test_two_files_of_one_program(tmp_path):
 
 def test_the_library_of_python_calls_its_own_functions(tmp_path):
     """A plugin with another version of the header was loaded first, for all to see."""
-    names = ("gas_torque", "spin_after", "half_size", "inertia", "critical_speed", "deposits")
+    names = ("gas_torque", "spin_after", "half_size", "mean_inertia", "critical_speed", "deposits")
     functions = (f"int rbt_{name}(void) {{ abort(); }}" for name in (*names, "wall_tilt"))
     source = tmp_path / "plugin.c"
     source.write_text("\n".join(["#include <stdlib.h>", *functions, ""]))
@@ -46,7 +46,7 @@ import sampler
 spheres, grain = sampler.load("kharaz-2001"), [4, 1.0, 1.0]
 sampler.spin_after([0.0, 0.0, 1.0], 1e-3, 1e-22, 2e-5, 1.2, 1.8e-5)
 sampler.gas_torque([0.0, 0.0, 1.0], 2e-5, 1.2, 1.8e-5)
-sampler.half_size(spheres, 2e-5, grain), sampler.inertia(spheres, grain)
+sampler.half_size(spheres, 2e-5, grain), sampler.mean_inertia(spheres, grain)
 sampler.deposits([0.0, -1.0, 0.0], [0.0, 1.0, 0.0], 0.1)
 sampler.critical_speed(1e-5, 2650.0, 95e9, 0.1, 200e9, 0.3)
 print(sampler.wall_tilt(2.0, 2.5, 50.0, 60.0).round(3))

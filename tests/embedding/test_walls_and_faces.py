@@ -49,7 +49,7 @@ def functions(library):
         ("rbt_critical_speed_at", real, (real, real, real)),
         ("rbt_moment_of_inertia", real, (table, *[ctypes.c_uint64] * 2, *[real] * 4)),
         ("rbt_half_size", real, (table, real, ctypes.c_void_p)),
-        ("rbt_inertia", real, (table, ctypes.c_void_p)),
+        ("rbt_mean_inertia", real, (table, ctypes.c_void_p)),
         ("rbt_sphericity", real, (table, ctypes.c_void_p)),
         ("rbt_angle_bin", ctypes.c_int, (ctypes.POINTER(FaceHit),)),
         ("rbt_speed_bin", ctypes.c_int, (ctypes.POINTER(FaceHit), real)),
@@ -168,7 +168,7 @@ def test_moment_of_inertia(functions):
         known = functions.rbt_moment_of_inertia(table, 7, 5, 0.3, *sizes)
         assert known == pytest.approx(0.3 * mass * half_size**2)
         drawn = functions.rbt_moment_of_inertia(table, 7, 5, 0.0, *sizes)
-        moment = sampler.inertia(sampler.load(VECTORS / "spin.h5"), grain)
+        moment = sampler.mean_inertia(sampler.load(VECTORS / "spin.h5"), grain)
         assert drawn == pytest.approx(moment * mass * half_size**2)
     with toolchain.opened(functions, VECTORS / "full.rbt") as table:  # without a spin law
         sphere = functions.rbt_moment_of_inertia(table, 7, 5, 0.0, *sizes)
@@ -186,7 +186,7 @@ def test_sizes_of_grains_in_c_are_those_in_python(functions, tmp_path):
         for grain in grains:
             at = grain.ctypes.data
             assert functions.rbt_half_size(table, 6e-5, at) == sampler.half_size(sized, 6e-5, grain)
-            assert functions.rbt_inertia(table, at) == sampler.inertia(sized, grain)
+            assert functions.rbt_mean_inertia(table, at) == sampler.mean_inertia(sized, grain)
             assert functions.rbt_sphericity(table, at) == sampler.sphericity(sized, grain)
         mean = functions.rbt_mean_half_size(table, 6e-5)
         assert mean == pytest.approx(sized.mean_half_size(6e-5), rel=1e-12)

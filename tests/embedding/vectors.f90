@@ -128,7 +128,7 @@ contains
     codes(4) = rbt_rebound(table, grains, grains, [1.0_c_double], index=[index_], hit=[hit], seed=seed)
     mean = rbt_mean_half_size(table, 2.0_c_double)
     half = rbt_half_size(table, 2.0_c_double, grains(:, 1))
-    moment = rbt_inertia(table, grains(:, 1))
+    moment = rbt_mean_inertia(table, grains(:, 1))
     roundness = rbt_sphericity(table, grains(:, 1))
     known = rbt_moment_of_inertia(table, seed, index_, 0.3_c_double, mass, size, 7.0_c_double)
     unknown = rbt_moment_of_inertia(table, seed, index_, 0.0_c_double, mass, size, 7.0_c_double)

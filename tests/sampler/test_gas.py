@@ -13,8 +13,8 @@ from sampler.library import library
 D, RHO, MU = GAS = 100e-6, 1.2, 1.8e-5
 STOKES = np.pi * MU * D**3
 #: Of a sphere of corundum [kg m2], and the relaxation time of its spin in Stokes flow [s].
-INERTIA = 3950.0 * np.pi / 60.0 * D**5
-RELAXATION = INERTIA / STOKES
+MOMENT = 3950.0 * np.pi / 60.0 * D**5
+RELAXATION = MOMENT / STOKES
 ALONG = np.array([0.48, -0.6, 0.64])
 
 
@@ -39,21 +39,21 @@ def test_the_spin_decays_along_the_torque(reynolds):
     gas, time = spin(5.0)[::-1], 3.0 * RELAXATION
     omega = gas + spin(reynolds)
     solved = solve_ivp(
-        lambda _, w: sampler.gas_torque(w, *GAS, gas) / INERTIA, (0.0, time), omega, rtol=1e-10
+        lambda _, w: sampler.gas_torque(w, *GAS, gas) / MOMENT, (0.0, time), omega, rtol=1e-10
     )
-    omega_after = sampler.spin_after(omega, time, INERTIA, *GAS, gas)
+    omega_after = sampler.spin_after(omega, time, MOMENT, *GAS, gas)
     np.testing.assert_allclose(
         omega_after, solved.y[:, -1], rtol=1e-5
     )  # it steps over the jump at 32
-    half = sampler.spin_after(omega, time / 2, INERTIA, *GAS, gas)
-    halves = sampler.spin_after(half, time / 2, INERTIA, *GAS, gas)
+    half = sampler.spin_after(omega, time / 2, MOMENT, *GAS, gas)
+    halves = sampler.spin_after(half, time / 2, MOMENT, *GAS, gas)
     np.testing.assert_allclose(halves, omega_after, rtol=1e-13)
 
 
 def test_no_time_step_overshoots():
     reynolds = np.logspace(-6, 8, 57)[:, None]
     times = np.append(0.0, np.logspace(-6, 4, 41))[None] * RELAXATION
-    left = sampler.spin_after(spin(reynolds), times, INERTIA, *GAS) / spin(reynolds)
+    left = sampler.spin_after(spin(reynolds), times, MOMENT, *GAS) / spin(reynolds)
     assert (left >= 0.0).all()
     assert (np.diff(left, axis=1) <= 0.0).all()
     np.testing.assert_allclose(left[:, 0], 1.0, rtol=1e-15)
@@ -66,13 +66,13 @@ def test_c_goes_back_in_time(reynolds):
     call.restype = None
 
     def back(omega, time):
-        omega_after, given = numbers(), map(ctypes.c_double, (-time, INERTIA, *GAS))
+        omega_after, given = numbers(), map(ctypes.c_double, (-time, MOMENT, *GAS))
         call(numbers(*omega), *given, None, omega_after)
         return np.array(omega_after)
 
     omega = spin(reynolds)
     for time in (0.0, 0.01 * RELAXATION, 5.0 * RELAXATION):
-        after = sampler.spin_after(omega, time, INERTIA, *GAS)
+        after = sampler.spin_after(omega, time, MOMENT, *GAS)
         np.testing.assert_allclose(back(after, time), omega, rtol=1e-11)
     far = back(omega, 1e6 * RELAXATION)
     np.testing.assert_allclose(far, spin(1e6) * (reynolds > 0.0), rtol=1e-9)
@@ -81,9 +81,9 @@ def test_c_goes_back_in_time(reynolds):
 def test_a_gas_without_viscosity_has_no_torque():
     gas = (D, RHO, 0.0)
     np.testing.assert_array_equal(sampler.gas_torque([[1e5, 0.0, 0.0], [0.0] * 3], *gas), 0.0)
-    np.testing.assert_array_equal(sampler.spin_after(1e5 * ALONG, 1.0, INERTIA, *gas), 1e5 * ALONG)
+    np.testing.assert_array_equal(sampler.spin_after(1e5 * ALONG, 1.0, MOMENT, *gas), 1e5 * ALONG)
     # and nearly none has nearly none
-    nearly = sampler.spin_after(1e5 * ALONG, 1.0, INERTIA, D, RHO, 1e-300)
+    nearly = sampler.spin_after(1e5 * ALONG, 1.0, MOMENT, D, RHO, 1e-300)
     np.testing.assert_allclose(nearly, 1e5 * ALONG, rtol=1e-12)
 
 
@@ -99,5 +99,5 @@ def test_a_gas_without_viscosity_has_no_torque():
     ],
 )
 def test_wrong_arguments_are_refused(change):
-    given = {"omega": np.ones((4, 3)), "time": 1.0, "inertia": INERTIA, "diameter": D}
+    given = {"omega": np.ones((4, 3)), "time": 1.0, "moment": MOMENT, "diameter": D}
     refused(*change, sampler.spin_after, **given | {"density": RHO, "viscosity": MU} | change)

@@ -44,7 +44,7 @@ def test_a_shape_has_the_volume_surface_and_inertia_of_its_hull(sized, shape):
     assert sampler.sphericity(sized, grain) * surface * a**2 == pytest.approx(
         np.pi * D**2, rel=1e-12
     )
-    assert sampler.inertia(sized, grain) == pytest.approx(
+    assert sampler.mean_inertia(sized, grain) == pytest.approx(
         np.mean(inertia(shape, b, c, CUT)), rel=1e-12
     )
 
@@ -61,7 +61,7 @@ def test_a_shape_has_the_volume_surface_and_inertia_of_its_hull(sized, shape):
 def test_a_mesh_has_its_own_size(sized, mesh, half_size, moment, sphericity, within):
     grain = grain_of(FIRST_MESH + mesh)
     assert sampler.half_size(sized, 1.0, grain) == pytest.approx(half_size, rel=within)
-    assert sampler.inertia(sized, grain) == pytest.approx(moment, rel=max(within, 1e-12))
+    assert sampler.mean_inertia(sized, grain) == pytest.approx(moment, rel=max(within, 1e-12))
     assert sampler.sphericity(sized, grain) == pytest.approx(sphericity, rel=within)
 
 
@@ -69,7 +69,7 @@ def test_a_mesh_of_a_box_is_the_prism(sized):
     """The cube of the meshes and a prism of the same ratios."""
     mesh, prism = grain_of(FIRST_MESH + 1), (1, 1.0, 1.0)
     shipped = sampler.load("corundum-steel-compact")
-    for size in (sampler.inertia, sampler.sphericity):
+    for size in (sampler.mean_inertia, sampler.sphericity):
         assert size(sized, mesh) == pytest.approx(size(shipped, prism), rel=1e-12)
 
 
@@ -90,7 +90,7 @@ def test_rows_and_what_is_no_grain(sized):
         refused("grain", sampler.sphericity, shipped, grain)
     refused("diameter", sampler.half_size, shipped, -1.0, (1, 0.8, 0.8))
     with pytest.raises(sampler.InputError, match=r"^grain: got 9, 1, 1 at index 1"):
-        sampler.inertia(sized, [(0, *RATIOS), (9, 1, 1)])
+        sampler.mean_inertia(sized, [(0, *RATIOS), (9, 1, 1)])
     spheres = sampler.load("kharaz-2001")
     assert (
         sampler.half_size(spheres, D, (4, 1, 1))
@@ -98,7 +98,7 @@ def test_rows_and_what_is_no_grain(sized):
         == pytest.approx(D / 2)
     )
     assert sampler.sphericity(spheres, (4, 1, 1)) == pytest.approx(1.0, rel=1e-15)
-    assert sampler.inertia(spheres, (4, 1, 1)) == pytest.approx(0.4, rel=1e-15)
+    assert sampler.mean_inertia(spheres, (4, 1, 1)) == pytest.approx(0.4, rel=1e-15)
 
 
 @pytest.mark.parametrize("name", ["shipped", "sized"])

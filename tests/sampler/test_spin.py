@@ -95,6 +95,15 @@ class TestSample:
             table.sample(alpha1, speed, spin=(0.0, 0.0, 0.0), **KEYS),
         )
 
+    def test_an_own_grain_without_spin_arrives_at_rest(self, table):
+        """As in a rebound; by default, and with fresh grains, the law is that of first impacts."""
+        alpha1, speed, _ = conditions()
+        resting = table.sample(alpha1, speed, spin=(0.0, 0.0, 0.0), **KEYS)
+        np.testing.assert_array_equal(table.sample(alpha1, speed, grain="own", **KEYS), resting)
+        first = table.sample(alpha1, speed, **KEYS)
+        np.testing.assert_array_equal(table.sample(alpha1, speed, grain="fresh", **KEYS), first)
+        assert (first != resting).any()
+
     def test_mirror_image(self, table):
         """Equal bits away from the fold, sigma_x = 0, next to which chance chooses the side."""
         alpha1, speed, spin = conditions()
@@ -498,10 +507,11 @@ def test_a_table_without_spin_law_refuses():
     table = sampler.Table(make_contents())
     assert not table.has_spin
     conditions, impact = (0.5, 100.0), ((0, -100, 0), (0, 1, 0), 1e-5)
+    both = (table.sample, conditions), (table.rebound, impact)
     for call, given, more in (
         *((table.sample, conditions, more) for more in ({"spin": (0, 0, 0)}, {"grain": (0, 1, 1)})),
         *((table.rebound, impact, more) for more in ({"omega": (0, 0, 0)}, {"grain": (0, 1, 1)})),
-        (table.rebound, impact, {"grain": "own"}),
+        *((call, given, {"grain": "own"}) for call, given in both),
         (table.rebound, impact, {}),
     ):
         field = next(iter(more), "grain")

@@ -56,14 +56,14 @@ RBT_API RBT_DEVICE void rbt_gas_torque(const double omega[3], double diameter, d
         torque[k] = RBTI_PI * viscosity * diameter * diameter * diameter * law * slip[k];
 }
 
-RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, double inertia,
+RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, double moment,
                                        double diameter, double density, double viscosity,
                                        const double gas_rotation[3], double new_omega[3])
 {
     double slip[3];
     const double reynolds = rbti_slip(omega, diameter, density, viscosity, gas_rotation, slip);
     const double stokes = RBTI_PI * viscosity * diameter * diameter * diameter;
-    const double share_left = rbti_slip_left(reynolds, stokes * time / inertia);
+    const double share_left = rbti_slip_left(reynolds, stokes * time / moment);
     for (int k = 0; k < 3; k++)
         new_omega[k] = (gas_rotation == NULL ? 0.0 : gas_rotation[k]) - share_left * slip[k];
 }

@@ -347,7 +347,7 @@ RBT_API RBT_DEVICE double rbt_half_size(const rbt_table *table, double diameter,
 RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diameter);
 
 /* Mean moment of inertia of a grain over m a^2. */
-RBT_API RBT_DEVICE double rbt_inertia(const rbt_table *table, const double grain[3]);
+RBT_API RBT_DEVICE double rbt_mean_inertia(const rbt_table *table, const double grain[3]);
 
 /* Sphericity of a grain, for laws of drag: the surface of the sphere of equal volume over the surface of
    the grain. */
@@ -375,11 +375,11 @@ RBT_API RBT_DEVICE void rbt_gas_torque(const double omega[3], double diameter, d
                                        double torque[3]);
 
 /* Angular velocity that the torque of the gas leaves after a time, rad/s. `time` is in s; a negative time
-   goes back, to Re = 1e6 at most. `inertia` is the moment of inertia of the particle, kg m2
+   goes back, to Re = 1e6 at most. `moment` is the moment of inertia of the particle, kg m2
    (rbt_moment_of_inertia). If the gas exerts another multiple of the torque on your grains, divide
-   `inertia` by that multiple. The decay is exact, so time steps of any size give the same; if the gas
+   `moment` by that multiple. The decay is exact, so time steps of any size give the same; if the gas
    turns evenly, call this once for a whole flight. new_omega may be omega. */
-RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, double inertia,
+RBT_API RBT_DEVICE void rbt_spin_after(const double omega[3], double time, double moment,
                                        double diameter, double density, double viscosity,
                                        const double gas_rotation[3], double new_omega[3]);
 

@@ -62,7 +62,7 @@ RBT_API RBT_DEVICE double rbt_half_size(const rbt_table *table, double diameter,
     return geometry ? rbti_half_size(geometry, diameter, grain) : 0.0;
 }
 
-RBT_API RBT_DEVICE double rbt_inertia(const rbt_table *table, const double grain[3])
+RBT_API RBT_DEVICE double rbt_mean_inertia(const rbt_table *table, const double grain[3])
 {
     const double *geometry = rbti_geometry(table, grain[0]);
     return geometry ? rbti_inertia(geometry, grain) : 0.0;
@@ -112,6 +112,6 @@ RBT_API RBT_DEVICE double rbt_moment_of_inertia(const rbt_table *table, uint64_t
 {
     double grain[3];
     if (!(inertia > 0.0) && rbt_grains(table, 1, seed, &index, NULL, grain) == RBT_OK)
-        inertia = rbt_inertia(table, grain);
+        inertia = rbt_mean_inertia(table, grain);
     return inertia > 0.0 ? inertia * mass * half_size * half_size : 0.1 * mass * diameter * diameter;
 }

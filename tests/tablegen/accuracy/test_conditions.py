@@ -7,7 +7,7 @@ import pytest
 from refusals import refused
 
 from tablegen.accuracy.conditions import (
-    Place,
+    ComparedCondition,
     check_conditions,
     pick_conditions,
     pick_own_conditions,
@@ -67,7 +67,7 @@ def test_axis_of_one_node_has_only_that():
 
 def test_conditions_outside_of_the_table_are_refused(table):
     for alpha in (0.5, 90.0000001, float("nan")):
-        refused("alpha", check_conditions, table, [Place(alpha, 100.0)])
-    refused("speed", check_conditions, table, [Place(30.0, 310.0)])
+        refused("alpha", check_conditions, table, [ComparedCondition(alpha, 100.0)])
+    refused("speed", check_conditions, table, [ComparedCondition(30.0, 310.0)])
     refused("at", check_conditions, table, [])
-    assert check_conditions(table, [Place(90, 50)]) == [(90.0, 50.0, False)]
+    assert check_conditions(table, [ComparedCondition(90, 50)]) == [(90.0, 50.0, False)]

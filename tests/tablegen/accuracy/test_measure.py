@@ -13,7 +13,7 @@ from sampler.formats.channels import STATE
 from sampler.formats.layout import ACCURACY, SPIN_DATASETS
 from sampler.table import Table
 from tablegen.accuracy.comparison import compare
-from tablegen.accuracy.conditions import Place
+from tablegen.accuracy.conditions import ComparedCondition
 from tablegen.accuracy.descriptive import profile
 from tablegen.accuracy.measure import (
     FIRST_OWN,
@@ -37,7 +37,7 @@ from tablegen.tables.axes import first_grid, make_axes
 from tablegen.tables.refine import NodeCache
 
 MEASURE = sys.modules[measure.__module__]
-PLACES = (Place(40.0, 100.0), Place(38.0, 250.0))
+PLACES = (ComparedCondition(40.0, 100.0), ComparedCondition(38.0, 250.0))
 
 
 pytestmark = pytest.mark.usefixtures("quick_classifier")
@@ -108,7 +108,7 @@ def test_sample_size_grows_with_the_accuracy():
 CONFIG = load_config("corundum-steel")
 RIGHT = DirectTable(CONFIG)
 
-OWN = (Place(40.0, 100.0, own=True), Place(86.0, 250.0, own=True))
+OWN = (ComparedCondition(40.0, 100.0, own=True), ComparedCondition(86.0, 250.0, own=True))
 
 
 def test_conditions_with_own_grain_have_streams_of_their_own(streams):
