@@ -158,7 +158,7 @@ def test_grains_and_their_sizes():
     np.testing.assert_array_equal(grain, table.grains(5, 8))
     assert sampler.numba.grain(table.handle, 5, 8, 0) == grain
     assert sampler.numba.grain(table.handle, 5, 8, 1) != grain
-    for name in ("inertia", "sphericity"):
+    for name in ("mean_inertia", "sphericity"):
         size = getattr(sampler.numba, name)
         assert size(table.handle, grain) == getattr(sampler, name)(table, grain)
         assert size(table.handle, (9, 1, 1)) == 0.0
