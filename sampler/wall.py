@@ -42,18 +42,37 @@ def _checked(**given: ArrayLike) -> dict[str, Reals]:
     }
 
 
-def _by_rows(function: str, *tail: int, dtype: Any = np.float64, **given: ArrayLike) -> Any:
+def _common(arrays: Mapping[str, Reals]) -> tuple[int, ...]:
+    """Find the shape to which the rows of arguments broadcast; raises `InputError`."""
+    tails = {name: name in VECTORS for name in arrays}
+    return common_shape({name: a.shape[: a.ndim - tails[name]] for name, a in arrays.items()})
+
+
+def _called(function: str, *tail: int, dtype: Any = np.float64, **given: ArrayLike) -> Any:
     """Call a function of sampler/c/library.c, given its arguments in order, on broadcast rows."""
     arrays = _checked(**given)
-    tails = {name: (VECTORS[name],) if name in VECTORS else () for name in arrays}
-    shape = common_shape({name: a.shape[: a.ndim - len(tails[name])] for name, a in arrays.items()})
+    shape = _common(arrays)
     rows = [
-        np.ascontiguousarray(np.broadcast_to(array, shape + tails[name]))
+        np.ascontiguousarray(
+            np.broadcast_to(array, shape + ((VECTORS[name],) if name in VECTORS else ()))
+        )
         for name, array in arrays.items()
     ]
     results = np.empty((*shape, *tail), dtype)
     addresses = (array.ctypes.data for array in (*rows, results))
     getattr(library(), function)(math.prod(shape), *addresses)
+    return results
+
+
+def _by_rows(function: str, *tail: int, **given: ArrayLike) -> Any:
+    """Call a function as `_called`; raises `InputError` if a result is not finite."""
+    results = _called(function, *tail, **given)
+    refused = ~np.isfinite(results).reshape(*results.shape[: results.ndim - len(tail)], -1).all(-1)
+    if refused.any():
+        row = row_index(int(refused.argmax()), refused.shape) if refused.ndim else None
+        problem = "the result is no finite number"
+        remedy = "give arguments that are neither so large nor so small"
+        raise InputError(", ".join(given), problem=problem, remedy=remedy, row=row)
     return results
 
 
@@ -395,7 +414,7 @@ def deposits(
     if not as_rows_of("normal", normal).any(axis=-1).all():
         raise InputError("normal", "a vector of length zero", "any length but zero")
     given = {"velocity": velocity, "normal": normal, "critical_speed": critical_speed}
-    return _by_rows("rbt_deposits_rows", dtype=np.bool_, **given, wall_velocity=wall_velocity)
+    return _called("rbt_deposits_rows", dtype=np.bool_, **given, wall_velocity=wall_velocity)
 
 
 def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike) -> Reals:
@@ -440,6 +459,7 @@ def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike)
     4.6 degrees
     """
     given = _checked(ra=ra, rq=rq, rsm=rsm, diameter=diameter)
+    _common(given)
     below = np.atleast_1d(given["rq"] < 0.99 * given["ra"])
     if below.any():
         row = int(below.argmax())
@@ -448,7 +468,7 @@ def wall_tilt(ra: ArrayLike, rq: ArrayLike, rsm: ArrayLike, diameter: ArrayLike)
         )
         allowed = f"ra = {mean:.9g} or more, as in every profile"
         raise InputError("rq", f"{root_mean_square:.9g}", allowed)
-    tilts = _by_rows("rbt_wall_tilt_rows", **given)
+    tilts = _called("rbt_wall_tilt_rows", **given)
     refused = np.isnan(tilts)
     if refused.any():
         row = int(refused.argmax())

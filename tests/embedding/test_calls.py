@@ -30,6 +30,15 @@ def test_strict_compilers_have_no_warning(compiler, flags, tmp_path):
     assert min(drawn, refused) > 1000
 
 
+def test_floating_point_traps_end_no_call(tmp_path):
+    """Flow codes set traps: of divisions by zero, overflows and invalid operations."""
+    traps = toolchain.build("gcc", [SOURCE.with_name("traps.c")], tmp_path / "traps", ["-O2"])
+    spheres = tmp_path / "spheres.rbt"
+    write_binary_table(spheres, read_table(find_table("kharaz-2001")))
+    for image in (*(VECTORS / f"{name}.rbt" for name in ("spin-works", "full")), spheres):
+        assert int(toolchain.run(traps, image)) > 5000
+
+
 def test_sanitizers_find_nothing_in_the_vectors_and_in_20000_records(tmp_path):
     """And each row of a record has a finite result, or NaN and the code of an error."""
     flags = ["-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]

@@ -31,6 +31,31 @@ def test_two_files_of_one_program(tmp_path):
     assert toolchain.run(program) == "there is not enough memory for this table\n"
 
 
+#: Macros of windows.h, X11, Qt, Fluent, R, Arduino, macOS, Boost and old systems, and of users.
+MACROS = """
+near far NEAR FAR min max small interface ERROR IN OUT OPTIONAL CONST VOID TRUE FALSE BOOL pascal
+cdecl CALLBACK DELETE IGNORE NO_ERROR STRICT THIS PASSTHROUGH ABSOLUTE RELATIVE DOMAIN OVERFLOW
+UNDERFLOW hyper None Status Bool True False Success Complex signals slots emit foreach real SQR ABS
+MIN MAX swap verify require nil likely unlikely unix linux I PI EPS ZERO ONE U V W N F C B0 DIM X Y
+Z bit sq
+"""
+#: Those that take arguments may also be names of ours that are not called.
+CALLED_MACROS = ("check", "major", "minor", "error", "length", "sign", "index")
+
+
+@pytest.mark.parametrize(("compiler", "flag"), [("gcc", "-Wundef"), ("g++", "-Wuseless-cast")])
+def test_macros_of_other_headers_meet_no_name(compiler, flag, tmp_path):
+    lines = ["fcntl.h", "math.h", "stddef.h", "stdint.h", "stdio.h", "stdlib.h", "string.h"]
+    lines = [f"#include <{name}>" for name in (*lines, "sys/mman.h", "sys/stat.h", "unistd.h")]
+    for name in MACROS.split():
+        lines += [f"#undef {name}", f"#define {name} @ no code @"]
+    lines += [f"#undef {name}\n#define {name}(...) @ no code @" for name in CALLED_MACROS]
+    source = tmp_path / "main.c"
+    source.write_text("\n".join([*lines, IMPLEMENTATION]))
+    flags = ["-fsyntax-only", "-Wno-pedantic", flag]
+    toolchain.build(compiler, [source], tmp_path / "main.o", flags)
+
+
 def test_the_library_of_python_calls_its_own_functions(tmp_path):
     """A plugin with another version of the header was loaded first, for all to see."""
     names = ("gas_torque", "spin_after", "half_size", "mean_inertia", "critical_speed", "deposits")

@@ -31,6 +31,16 @@ def test_the_critical_speed_is_that_of_brach_and_dunn():
 def test_wrong_arguments_are_refused():
     refused("wall_poisson", sampler.critical_speed, 5e-5, *MATERIALS[:4], [0.7])
     refused("normal", sampler.deposits, [1.0, -1.0, 0.0], [0.0, 0.0, 0.0], 0.5)
+    refused("rq", sampler.wall_tilt, [1.0, 2.0], [1.0, 2.0, 3.0], 100.0, 1.0)
+
+
+def test_results_that_are_no_numbers_are_refused():
+    """Arguments may be finite, and their products not."""
+    names = "diameter, density, young, poisson, wall_young, wall_poisson"
+    line = refused(names, sampler.critical_speed, [5e-5, 1e-320], 1e-300, *MATERIALS[1:])
+    assert "at index 1" in line
+    names = "omega, diameter, density, viscosity, gas_rotation"
+    refused(names, sampler.gas_torque, [1e300, 0.0, 0.0], 1e300, 1.2, 1.8e-5)
 
 
 def test_small_particles_meet_flanks_and_large_ones_the_whole_profile():

@@ -114,13 +114,13 @@ static int rbti_axis_is_valid(const rbt_axis *axis)
 }
 
 /* Whether the alias tables name components that exist, and classes begin at such. */
-static int rbti_components_are_valid(const rbt_table *table, size_t nodes)
+static int rbti_components_are_valid(const rbt_table *table, uint64_t nodes)
 {
-    const size_t components = (size_t)table->n_components, classes = (size_t)table->n_classes;
+    const uint64_t components = (uint64_t)table->n_components, classes = (uint64_t)table->n_classes;
     int holds = 1;
-    for (size_t k = 0; k < nodes * components; k++)
+    for (uint64_t k = 0; k < nodes * components; k++)
         holds &= (table->alias[k] & 0xffffu) < components;
-    for (size_t k = 0; k < nodes * classes; k++)
+    for (uint64_t k = 0; k < nodes * classes; k++)
         holds &= table->first_of_class[k] <= components;
     return holds;
 }
@@ -168,7 +168,7 @@ static int rbti_check_indices(const rbt_table *table, const rbti_header *h)
 {
     RBTI_REQUIRE(rbti_axis_is_valid(&table->alpha) && rbti_axis_is_valid(&table->speed),
                  RBT_ERR_INDICES);
-    RBTI_REQUIRE(rbti_components_are_valid(table, (size_t)rbti_nodes(h)), RBT_ERR_INDICES);
+    RBTI_REQUIRE(rbti_components_are_valid(table, rbti_nodes(h)), RBT_ERR_INDICES);
     RBTI_REQUIRE(rbti_trees_are_valid(&table->spin), RBT_ERR_INDICES);
     RBTI_REQUIRE(!table->laws || rbti_laws_are_valid(table->laws, table->n_law_parameters),
                  RBT_ERR_INDICES);

@@ -28,7 +28,7 @@ RBT_API RBT_DEVICE void rbt_add_face_hit(const rbt_face_hit *hit, double *const 
     for (int k = 0; k < RBT_FACE_SUMS; k++)
         if (sums[k])
             *sums[k] += amounts[k];
-    if (sums[RBT_FACE_ANGLE_DEG] && sums[RBT_FACE_HITS]) {
+    if (sums[RBT_FACE_ANGLE_DEG] && sums[RBT_FACE_HITS] && *sums[RBT_FACE_HITS] > 0.0) {
         double *mean = sums[RBT_FACE_ANGLE_DEG];
         *mean += (rbti_angle_deg(hit) - *mean) * hit->number / *sums[RBT_FACE_HITS];
     }
@@ -37,7 +37,8 @@ RBT_API RBT_DEVICE void rbt_add_face_hit(const rbt_face_hit *hit, double *const 
 /* Bin of a value in a histogram from 0 to `most`; larger values belong to the last bin. */
 RBTI_INLINE RBT_DEVICE int rbti_face_bin(double value, double most)
 {
-    return (int)rbti_bounded(RBT_FACE_BINS * value / most, 0.0, RBT_FACE_BINS - 1.0);
+    const double bin = rbti_bounded(RBT_FACE_BINS * value / most, 0.0, RBT_FACE_BINS - 1.0);
+    return (int)bin;
 }
 
 RBT_API RBT_DEVICE int rbt_angle_bin(const rbt_face_hit *hit)

@@ -16,6 +16,8 @@ RBTI_INLINE RBT_DEVICE double rbti_slip(const double omega[3], double diameter, 
 {
     for (int k = 0; k < 3; k++)
         slip[k] = (gas_rotation == NULL ? 0.0 : gas_rotation[k]) - omega[k];
+    if (!(viscosity > 0.0)) /* not divided by: flow codes trap divisions by zero */
+        return 0.0;
     const double size = sqrt(slip[0] * slip[0] + slip[1] * slip[1] + slip[2] * slip[2]);
     const double reynolds = density * diameter * diameter * size / viscosity;
     return rbti_finite(reynolds) ? reynolds : 0.0;
@@ -36,8 +38,10 @@ RBTI_INLINE RBT_DEVICE double rbti_slip_left(double reynolds, double time)
         above = 2.0 / a * log(root * (a + b * last) / (last * (a + b * root)));
         above = time < above ? time : above;
     }
-    const double gone = expm1(-0.5 * a * above);
-    double share = a * (1.0 + gone) / (a - b * root * gone);
+    const double back = -0.5 * a * above;              /* above 0 if the time goes back */
+    const double gone = expm1(back < 50.0 ? back : 50.0); /* beyond, it grew without end long before */
+    const double part = a - b * root * gone;
+    double share = part > 0.0 ? a * (1.0 + gone) / part : 0.0;
     if (above < 0.0 && !(share > 0.0 && share * root < 1e3)) /* back in time it grew without end */
         share = root < 1e3 ? 1e3 / root : 1.0;
     return share * share * exp(above - time);

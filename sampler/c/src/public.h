@@ -426,7 +426,7 @@ RBT_API RBT_DEVICE double rbt_critical_speed_at(double diameter, double speed,
 
 /* Whether a particle stays on the wall that it meets, 1 or 0: it does if it approaches at less than a
    critical normal speed, m/s. Ask before the rebound. The other arguments are those of rbt_rebound. With
-   NaN the answer is 0. */
+   NaN, and with a normal of length zero, the answer is 0. */
 RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double normal[3],
                                     double critical_speed, const double wall_velocity[3]);
 

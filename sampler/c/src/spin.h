@@ -78,9 +78,9 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
                        (square > law->most_spin * (1.0 + rounding));
     const int fast = rbti_is_outside(effective, table->speed.low, law->speed_high) |
                      rbti_is_outside(speed, 0.0, table->speed.high);
-    const int far = rbti_is_outside(effective, table->valid_speed[0], table->valid_speed[1]);
+    const int unmeasured = rbti_is_outside(effective, table->valid_speed[0], table->valid_speed[1]);
     return rbti_is_outside(alpha1, law->alpha_first, law->alpha_last) * RBT_ANGLE | fast * RBT_SPEED |
-           (beyond | inertia_is_beyond) * RBT_SPIN | far * RBT_EXTRAPOLATED;
+           (beyond | inertia_is_beyond) * RBT_SPIN | unmeasured * RBT_EXTRAPOLATED;
 }
 
 /* Whether an inertia lies beyond two moments of inertia by more than rounding to single precision. An

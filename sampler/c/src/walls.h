@@ -53,6 +53,10 @@ RBT_API RBT_DEVICE int rbt_deposits(const double velocity[3], const double norma
     double relative[3], e_y[3];
     for (int k = 0; k < 3; k++)
         relative[k] = velocity[k] - (wall_velocity ? wall_velocity[k] : 0.0);
+    /* Looked at first: flow codes trap comparisons with NaN and divisions by zero. */
+    if (!rbti_all_finite(relative) || !rbti_all_finite(normal) || critical_speed != critical_speed ||
+        (normal[0] == 0.0 && normal[1] == 0.0 && normal[2] == 0.0))
+        return 0;
     rbti_unit(normal, e_y);
     const double approach = -rbti_dot(relative, e_y);
     return approach > 0.0 && approach < critical_speed;
