@@ -37,7 +37,7 @@ def test_wrong_arguments_are_refused():
 def test_results_that_are_no_numbers_are_refused():
     """Arguments may be finite, and their products not."""
     names = "diameter, density, young, poisson, wall_young, wall_poisson"
-    line = refused(names, sampler.critical_speed, [5e-5, 1e-320], 1e-300, *MATERIALS[1:])
+    line = refused(names, sampler.critical_speed, [5e-5, 1e-320], *MATERIALS)
     assert "at index 1" in line
     names = "omega, diameter, density, viscosity, gas_rotation"
     refused(names, sampler.gas_torque, [1e300, 0.0, 0.0], 1e300, 1.2, 1.8e-5)
