@@ -67,7 +67,8 @@ def _called(function: str, *tail: int, dtype: Any = np.float64, **given: ArrayLi
 def _by_rows(function: str, *tail: int, **given: ArrayLike) -> Any:
     """Call a function as `_called`; raises `InputError` if a result is not finite."""
     results = _called(function, *tail, **given)
-    refused = ~np.isfinite(results).reshape(*results.shape[: results.ndim - len(tail)], -1).all(-1)
+    finite = np.isfinite(results)
+    refused = ~(finite.all(axis=-1) if tail else finite)
     if refused.any():
         row = row_index(int(refused.argmax()), refused.shape) if refused.ndim else None
         problem = "the result is no finite number"

@@ -20,9 +20,9 @@ grain. The torque of the gas on the spin is Stokes's on a sphere of equal volume
 own inertia about its spin, and the rotation of the gas, a hundredth of the spins that walls make,
 is left out. All other forces but gravity are neglected, and grains do not meet each other.
 
-A grain is collected when it leaves through the dust outlet, or when it meets a wall at less than
-0.1 m/s along the normal: then the gas presses it to the wall, along which dust slides down. It
-escapes when it enters the vortex finder. It counts as not collected if it is still inside after two
+A grain is collected when it leaves through the dust outlet, or when its next hop from the wall
+would be lower than a hundredth of its diameter: then gas, gravity and its own path round the wall
+press it to the wall, along which dust slides down. It escapes when it enters the vortex finder. It counts as not collected if it is still inside after two
 seconds, because discs can roll round the cone for long. Sizes are diameters of spheres of equal
 volume. Each grain stands for the same mass, with as much mass in each class of log(diameter), so
 that means over grains are means over mass.
@@ -61,7 +61,8 @@ THROUGH_BIN = 0.5  # share of the gas that goes round through the dust bin, unde
 #: Angular momentum that friction takes from the wall to the core, over what is left (Barth).
 LOSS = CORE_HEIGHT * RADIUS * math.pi * FRICTION * INLET_SPEED / FLOW
 
-STEP, TIME_LIMIT, STAYS = 1e-3, 2.0, 0.1  # of path, m; of a flight, s; slowest rebound, m/s
+STEP, TIME_LIMIT = 1e-3, 2.0  # of path, m; of a flight, s
+HOP = 0.01  # height of the lowest hop that is followed, in diameters
 SIZES = 5e-6, 100e-6  # diameters, m
 CLASSES = np.geomspace(*SIZES, 4)  # edges of the classes of size, m
 BINS = np.linspace(0.0, HEIGHT, 17)  # edges of the bins of height, m
@@ -209,11 +210,26 @@ def fly(p, drag, time_left):
         return inside, end_of_flight(inside, end), time + low
 
 
+@numba.njit(cache=True)
+def towards_wall(p, drag, normal, curvature):
+    """Acceleration that presses a grain to a wall, m/s^2, with that of its path round the wall."""
+    u, v, w = gas_velocity(p[0], p[1], p[2])
+    slip = u - p[3], v - p[4], w - p[5]
+    rate = drag_rate(drag, slip[0], slip[1], slip[2])
+    around = (p[0] * p[4] - p[1] * p[3]) / math.hypot(p[0], p[1])
+    away = rate * (slip[0] * normal[0] + slip[1] * normal[1] + slip[2] * normal[2])
+    return around * around * curvature - away - GRAVITY * normal[2]
+
+
 @numba.njit(cache=True, nogil=True)
 def fly_all(states, drags, time_left):
-    """Fly grains, whose states (n, 6) are replaced; return walls or fates, normals and times."""
+    """Fly grains to a wall or their end; their states (n, 6) are replaced.
+
+    Return walls or fates, normals, times, and the accelerations towards the walls.
+    """
     n = len(states)
     ends, normals, times = np.empty(n, np.int64), np.zeros((n, 3)), np.empty(n)
+    pressing = np.zeros(n)
     for k in range(n):
         q = states[k]
         p, drag = (q[0], q[1], q[2], q[3], q[4], q[5]), drags[k]
@@ -221,16 +237,21 @@ def fly_all(states, drags, time_left):
         q[0], q[1], q[2], q[3], q[4], q[5] = p
         r = math.hypot(p[0], p[1])
         outwards = p[0] / r, p[1] / r
+        curvature = 0.0  # across the axis, 1/m; above 0 inside of a cylinder
         if ends[k] == BODY or ends[k] == CONE:
             slope = SLOPE if ends[k] == CONE else 0.0
             size = math.sqrt(1.0 + slope * slope)
             normals[k, 0], normals[k, 1] = -outwards[0] / size, -outwards[1] / size
             normals[k, 2] = slope / size
+            curvature = 1.0 / (r * size)
         elif ends[k] == TUBE:
             normals[k, 0], normals[k, 1] = outwards
+            curvature = -1.0 / r
         elif ends[k] == LID:
             normals[k, 2] = 1.0
-    return ends, normals, times
+        if ends[k] >= 0:
+            pressing[k] = towards_wall(p, drag, normals[k], curvature)
+    return ends, normals, times, pressing
 
 
 class Result(NamedTuple):
@@ -283,7 +304,7 @@ def follow(rebound, model, count, seed, progress):
     wear = np.zeros((count, len(BINS) - 1))
     while len(index):
         flown = states[index]
-        ends, normal, flight = fly_all(flown, drags[index], TIME_LIMIT - time[index])
+        ends, normal, flight, pressing = fly_all(flown, drags[index], TIME_LIMIT - time[index])
         states[index], time[index] = flown, time[index] + flight
         turning = index[inertia[index] > 0.0]
         omega[turning] = sampler.spin_after(
@@ -296,7 +317,8 @@ def follow(rebound, model, count, seed, progress):
         )
         velocity = flown[:, 3:]
         into = -(velocity * normal).sum(axis=1)
-        ends[(ends >= 0) & (into < STAYS)] = STAYED
+        slowest = np.sqrt(2.0 * np.maximum(pressing, 0.0) * HOP * diameter[index])
+        ends[(ends >= 0) & (into < slowest)] = STAYED
         fate[index[ends < 0]] = ends[ends < 0]
         meets = ends >= 0
         progress.update(int(len(index) - meets.sum()))

@@ -63,7 +63,7 @@ def test_gas_flows_along_walls_and_turns_as_barth_says():
 )
 def test_without_gas_grains_fall_freely_to_the_wall_ahead(place, velocity, wall):
     states = np.array([[*place, *velocity]])
-    ends, normals, times = cyclone.fly_all(states, NO_DRAG, np.ones(1))
+    ends, normals, times, _ = cyclone.fly_all(states, NO_DRAG, np.ones(1))
     assert ends[0] == wall
     time = times[0]
     fallen = np.array([0.0, 0.0, 0.5 * cyclone.GRAVITY * time**2])
@@ -95,10 +95,23 @@ def test_flights_are_those_of_an_independent_integration():
 
     surface.terminal = True
     solution = solve_ivp(slope, (0.0, 1.0), start[0], events=surface, rtol=1e-9, atol=1e-12)
-    ends, _, times = cyclone.fly_all(start, drags, np.ones(1))
+    ends, _, times, _ = cyclone.fly_all(start, drags, np.ones(1))
     assert ends[0] in (BODY, CONE)
     np.testing.assert_allclose(times, solution.t_events[0], rtol=1e-3)
     np.testing.assert_allclose(start, solution.y_events[0], rtol=2e-3, atol=1e-4)
+
+
+def test_a_curved_wall_presses_by_the_path_round_it():
+    """Two grains fall on the wall without gas: one straight, one also round it at 30 m/s."""
+    for place, radius, sign in ((0.0999, RADIUS, 1.0), (0.0501, CORE, -1.0)):
+        for around in (0.0, 30.0):
+            states = np.array([[place, 0.0, 0.05, sign * 20.0, around, 0.0]])
+            *_, pressing = cyclone.fly_all(states, NO_DRAG, np.ones(1))
+            # the velocity turns a little on the way
+            assert pressing[0] == pytest.approx(sign * around**2 / radius, rel=0.05)
+    states = np.array([[0.08, 0.0, 1e-4, 0.0, 30.0, -1.0]])
+    *_, pressing = cyclone.fly_all(states, NO_DRAG, np.ones(1))
+    assert pressing[0] == pytest.approx(-cyclone.GRAVITY)
 
 
 def test_every_grain_ends_and_walls_take_energy_at_every_hit(config):

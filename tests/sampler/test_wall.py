@@ -43,6 +43,13 @@ def test_results_that_are_no_numbers_are_refused():
     refused(names, sampler.gas_torque, [1e300, 0.0, 0.0], 1e300, 1.2, 1.8e-5)
 
 
+def test_no_particles_have_no_results():
+    empty = np.empty((0, 3))
+    assert sampler.gas_torque(empty, 5e-5, 1.2, 1.8e-5).shape == (0, 3)
+    assert sampler.critical_speed(empty[:, 0], *MATERIALS).shape == (0,)
+    assert sampler.deposits(empty, [0.0, 1.0, 0.0], 0.1).shape == (0,)
+
+
 def test_small_particles_meet_flanks_and_large_ones_the_whole_profile():
     """Ra 2, Rq 3, RSm 20 micrometres: flanks of 11.3 degrees, met below 102 micrometres."""
     border = 20.0 / math.sin(math.atan(0.2))
