@@ -22,10 +22,10 @@ is left out. All other forces but gravity are neglected, and grains do not meet 
 
 A grain is collected when it leaves through the dust outlet, or when its next hop from the wall
 would be lower than a hundredth of its diameter: then gas, gravity and its own path round the wall
-press it to the wall, along which dust slides down. It escapes when it enters the vortex finder. It counts as not collected if it is still inside after two
-seconds, because discs can roll round the cone for long. Sizes are diameters of spheres of equal
-volume. Each grain stands for the same mass, with as much mass in each class of log(diameter), so
-that means over grains are means over mass.
+press it to the wall, along which dust slides down. It escapes when it enters the vortex finder. It
+counts as not collected if it is still inside after two seconds, because discs can roll round the
+cone for long. Sizes are diameters of spheres of equal volume. Each grain stands for the same mass,
+with as much mass in each class of log(diameter), so that means over grains are means over mass.
 """
 
 import itertools
