@@ -54,35 +54,44 @@ CODES = (
         "the roughness is not from 0 to 0.5 rad, or there is no such profile: ra must be 0 or "
         "more, rq not below ra, rsm and diameter above 0",
         {"roughness": "0 to 0.5 rad"}),
-    Code("ERR_CASCADE_NOT_ENDED", -9,
+    Code("ERR_CASCADE_NOT_ENDED", -8,
         "the particle hit facet after facet of the rough wall and did not leave it"),
+    Code("ERR_REBOUND_NOT_ENDED", -9,
+        "the simulated particle did not leave the wall; a larger contact_resolution ends a chain "
+        "of collisions"),
     Code("ERR_NO_SPIN_LAW", -10,
         "the table has no spin law; ask for fresh grains that arrive without spin"),
     Code("ERR_GRAIN_NOT_KNOWN", -11,
         "the table was not made for this grain: a shape, b/a or c/b is not one of its population",
         {"grain": "a shape code and ratios that the table was made for"}),
     Code("ERR_NO_WORKS", -12, "the table does not have the energies that impulses take (works)"),
-    Code("ERR_NOT_OPENED", -20, "the file does not exist, or may not be read"),
-    Code("ERR_NOT_READ", -21,
+    Code("ERR_DIRECT_VERSION", -13,
+        "the object of direct simulation was made for another version of this header; write it "
+        "again: tablegen export-direct"),
+    Code("ERR_DIRECT_PAIR", -14,
+        "the object of direct simulation is of another material pair than the table, or lacks a "
+        "shape of its grains"),
+    Code("ERR_NOT_OPENED", -15, "the file does not exist, or may not be read"),
+    Code("ERR_NOT_READ", -16,
         "the file cannot be read; it must be a regular file, not a folder, pipe or device"),
-    Code("ERR_NO_MEMORY", -22, "there is not enough memory for this table"),
-    Code("ERR_BIG_ENDIAN", -23, "this machine is big-endian, and tables are little-endian"),
-    Code("ERR_FORMAT", -24, "the file is not a binary rebound table (.rbt)"),
-    Code("ERR_VERSION", -25,
+    Code("ERR_NO_MEMORY", -17, "there is not enough memory for this table"),
+    Code("ERR_BIG_ENDIAN", -18, "this machine is big-endian, and tables are little-endian"),
+    Code("ERR_FORMAT", -19, "the file is not a binary rebound table (.rbt)"),
+    Code("ERR_VERSION", -20,
         "the file has a format version other than 5.x; write it again: sampler export"),
-    Code("ERR_SIZE", -26, "the file is damaged: it has not the length that its header states"),
-    Code("ERR_CHECKSUM", -27, "the file is damaged: its contents do not have its checksum"),
-    Code("ERR_DIMENSIONS", -28,
+    Code("ERR_SIZE", -21, "the file is damaged: it has not the length that its header states"),
+    Code("ERR_CHECKSUM", -22, "the file is damaged: its contents do not have its checksum"),
+    Code("ERR_DIMENSIONS", -23,
         "the file is damaged: a dimension is 0 or too large, or does not fit the others"),
-    Code("ERR_NAMES", -29,
+    Code("ERR_NAMES", -24,
         "the file is damaged: a channel or variable is unknown or occurs twice"),
-    Code("ERR_OFFSETS", -30,
+    Code("ERR_OFFSETS", -25,
         "the file is damaged: an array does not lie within it, at a multiple of 64"),
-    Code("ERR_INDICES", -31,
+    Code("ERR_INDICES", -26,
         "the file is damaged: a component, class, root or child lies beyond its array"),
 )  # fmt: skip
 
-#: Last code of a draw or a rebound; those beyond are of files.
+#: Last code of a draw or a rebound; those beyond are of laws and files that cannot be used.
 LAST_OF_DRAWS = -12
 
 #: Codes by name: 0 is fine, positive a flag, negative an error whose results are NaN.
@@ -100,6 +109,7 @@ SPEED_NOT_POSITIVE = STATUS["SPEED_NOT_POSITIVE"]
 NORMAL_NOT_USABLE = STATUS["NORMAL_NOT_USABLE"]
 HALF_SIZE = STATUS["HALF_SIZE"]
 CASCADE_NOT_ENDED = STATUS["CASCADE_NOT_ENDED"]
+REBOUND_NOT_ENDED = STATUS["REBOUND_NOT_ENDED"]
 NO_SPIN_LAW = STATUS["NO_SPIN_LAW"]
 GRAIN_NOT_KNOWN = STATUS["GRAIN_NOT_KNOWN"]
 NO_WORKS = STATUS["NO_WORKS"]

@@ -21,14 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.errors import FLAGS, OK, TableError
+from sampler.formats.channels import VARIABLES, WORKS
 from sampler.formats.image import Image, aligned
 from sampler.formats.records import NUMBER, RECORDS
 
 #: Rows of a slice at most: few enough for Ctrl-C, which comes between slices, to end a run at once.
 SLICE = 2**16
-
-#: Rows below which a further thread costs more than it saves.
-_ROWS_PER_THREAD = 20_000
 
 #: The library beside this module; the variable names another build of it, for tests and profilers.
 _LIBRARY_PATH = Path(__file__).with_name("librebound.so")
@@ -51,13 +49,16 @@ Conditions, Impacts, Rebounds = map(_record, ("conditions", "impacts", "rebounds
 #: Functions of the library: result, then arguments.
 _FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "rbt_open_image": (c_int, c_void_p, c_size_t, c_void_p),
+    "rbt_open_direct": (c_int, c_void_p, c_size_t, c_char_p, c_void_p),
     "rbt_close": (None, c_void_p),
     "rbt_strerror": (c_char_p, c_int),
     "rbt_covered": (c_int, c_void_p, c_void_p),
+    "rbt_has_variable": (c_int, c_void_p, c_int),
     "rbt_grains": (c_int, c_void_p, c_size_t, c_uint64, c_void_p, c_void_p, c_void_p),
     "rbt_sample": (c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p, c_void_p),
     "rbt_rebound": (c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p),
     "rbt_mean_half_size": (c_double, c_void_p, c_double),
+    "rbt_sample_all": (c_int, c_void_p, c_size_t, c_void_p, c_uint64, c_void_p, c_void_p),
     # of library.c: the number of rows, the arguments, the result
     "rbt_wall_tilt_rows": (None, c_size_t, *5 * [c_void_p]),
     "rbt_gas_torque_rows": (None, c_size_t, *6 * [c_void_p]),
@@ -96,7 +97,7 @@ def library() -> Any:
 
 #: Tables whose memory outlives the interpreter: compiled code that knows only their address may
 #: draw from them in a daemon thread until the process ends.
-_open_tables: "weakref.WeakSet[OpenTable]" = weakref.WeakSet()
+_open_tables: "weakref.WeakSet[Opened]" = weakref.WeakSet()
 
 
 @atexit.register
@@ -105,7 +106,71 @@ def _keep_open_tables() -> None:
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(table))
 
 
-class OpenTable:
+class Opened:
+    """A table that the library has opened.
+
+    Parameters
+    ----------
+    open_table : callable
+        Function of the library that takes the address of the table that it opens.
+
+    Attributes
+    ----------
+    handle : int
+        Address of the ``rbt_table``, for C and `sampler.numba`.
+
+    Raises
+    ------
+    TableError
+        If the library refuses to open it.
+    """
+
+    #: Rows below which a further thread costs more than it saves.
+    rows_per_thread = 20_000
+
+    def __init__(self, open_table: Callable[[int], int]) -> None:
+        table = c_void_p()
+        code = open_table(ctypes.addressof(table))
+        if code != OK:
+            raise TableError("table", problem=library().rbt_strerror(code).decode())
+        assert table.value is not None
+        self.handle = table.value
+        weakref.finalize(self, library().rbt_close, table.value).atexit = False
+        _open_tables.add(self)
+
+    def has_works(self) -> bool:
+        """Tell whether rebounds have works, the energies that the impulses take."""
+        places = (VARIABLES.index(name) for name in WORKS)
+        return all(library().rbt_has_variable(self.handle, place) for place in places)
+
+    def covered(self) -> dict[str, tuple[float, float]]:
+        """Give the ends of what ``rbt_covered`` names: alpha1, rad, speed, spin, measured."""
+        ends = np.empty((4, 2))
+        library().rbt_covered(self.handle, ends.ctypes.data)
+        names = ("alpha1", "speed", "spin", "measured")
+        return {name: (float(a), float(b)) for name, (a, b) in zip(names, ends, strict=True)}
+
+
+class OpenDirect(Opened):
+    """A table without a file, whose law is direct simulation.
+
+    Parameters
+    ----------
+    law : int
+        Address of an ``rbt_direct_law``, which must stay where it is.
+    columns : list of int
+        Places of the variables of a state among `sampler.formats.channels.VARIABLES`.
+    """
+
+    #: A rebound takes a microsecond, and a call in a thread some ten.
+    rows_per_thread = 512
+
+    def __init__(self, law: int, columns: list[int]) -> None:
+        places = bytes(columns)
+        super().__init__(lambda place: library().rbt_open_direct(law, len(columns), places, place))
+
+
+class OpenTable(Opened):
     """A binary image that the library has checked and opened.
 
     Copies and pickles hold the image and open it again.
@@ -118,13 +183,6 @@ class OpenTable:
     Attributes
     ----------
     image : uint8 array
-    handle : int
-        Address of the ``rbt_table``, for C and `sampler.numba`.
-
-    Raises
-    ------
-    TableError
-        If the library refuses the image.
     """
 
     def __init__(self, image: Image) -> None:
@@ -132,24 +190,11 @@ class OpenTable:
             moved = aligned(image.size)
             moved[:] = image
             image = moved
-        table = c_void_p()
-        code = library().rbt_open_image(image.ctypes.data, image.size, ctypes.addressof(table))
-        if code != OK:
-            raise TableError("table", problem=library().rbt_strerror(code).decode())
-        assert table.value is not None
-        self.image, self.handle = image, table.value
-        weakref.finalize(self, library().rbt_close, table.value).atexit = False
-        _open_tables.add(self)
+        super().__init__(lambda place: library().rbt_open_image(image.ctypes.data, image.size, place))
+        self.image = image
 
     def __reduce__(self) -> tuple[Any, ...]:
         return OpenTable, (self.image,)
-
-    def covered(self) -> dict[str, tuple[float, float]]:
-        """Give the ends of what ``rbt_covered`` names: alpha1, rad, speed, spin, measured."""
-        ends = np.empty((4, 2))
-        library().rbt_covered(self.handle, ends.ctypes.data)
-        names = ("alpha1", "speed", "spin", "measured")
-        return {name: (float(a), float(b)) for name, (a, b) in zip(names, ends, strict=True)}
 
 
 class Rows(NamedTuple):
@@ -192,7 +237,7 @@ class Report(NamedTuple):
 
 
 def sample(
-    table: OpenTable,
+    table: Opened,
     rows: Rows,
     states: NDArray[np.float64] | None,
     threads: int | None,
@@ -204,7 +249,26 @@ def sample(
     `threads`: None for as many as are worth their cost. `report`: the codes, if they are known.
     `inertia` (n,) is written with those after the rebound.
     """
-    rbt_sample = library().rbt_sample
+    return _sampled(library().rbt_sample, table, rows, states, threads, report, inertia)
+
+
+def sample_all(
+    table: Opened, rows: Rows, values: NDArray[np.float64], threads: int | None
+) -> Report:
+    """Simulate all rows, and write all numbers of ``RBT_DIRECT_VALUES``, shape (n, 12)."""
+    return _sampled(library().rbt_sample_all, table, rows, values, threads)
+
+
+def _sampled(
+    rbt_sample: Any,
+    table: Opened,
+    rows: Rows,
+    states: NDArray[np.float64] | None,
+    threads: int | None,
+    report: Report | None = None,
+    inertia: NDArray[np.float64] | None = None,
+) -> Report:
+    """Run a function of the library that takes the arguments of ``rbt_sample``."""
 
     def draw_slice(addresses: dict[str, int], start: int, count: int, codes: int | None) -> int:
         after = None if inertia is None else inertia.ctypes.data + start * inertia.itemsize
@@ -212,11 +276,11 @@ def sample(
         out = None if states is None else states.ctypes.data + start * states.strides[0]
         return rbt_sample(table.handle, count, ctypes.byref(conditions), rows.seed, out, codes)
 
-    return _run_in_slices(draw_slice, rows, threads, report)
+    return _run_in_slices(draw_slice, table, rows, threads, report)
 
 
 def rebound(
-    table: OpenTable,
+    table: Opened,
     rows: Rows,
     results: dict[str, NDArray[np.float64]],
     threads: int | None,
@@ -237,19 +301,31 @@ def rebound(
         records = ctypes.byref(impacts), ctypes.byref(rebounds)
         return rbt_rebound(table.handle, count, records[0], rows.seed, records[1])
 
-    return _run_in_slices(rebound_slice, rows, threads)
+    return _run_in_slices(rebound_slice, table, rows, threads)
 
 
-def grains(table: OpenTable, seed: int, index: NDArray[np.uint64], n: int) -> NDArray[np.float64]:
-    """Draw the grains that n particles keep, shape (n, 3); `index` has shape (n,) or (1,)."""
+def grains(
+    table: Opened,
+    seed: int,
+    index: NDArray[np.uint64],
+    n: int,
+    hit: NDArray[np.uint32] | None = None,
+) -> NDArray[np.float64]:
+    """Draw the grains of n particles, shape (n, 3); `index` and `hit` have shape (n,) or (1,).
+
+    They are the grains that the particles keep, or with `hit` their fresh grains.
+    """
     whole = np.ascontiguousarray(np.broadcast_to(index, (n,)))
+    hits = None if hit is None else np.ascontiguousarray(np.broadcast_to(hit, (n,)))
     rows = np.empty((n, 3))
-    library().rbt_grains(table.handle, n, seed, whole.ctypes.data, None, rows.ctypes.data)
+    address = None if hits is None else hits.ctypes.data
+    library().rbt_grains(table.handle, n, seed, whole.ctypes.data, address, rows.ctypes.data)
     return rows
 
 
 def _run_in_slices(
     run_slice: Callable[[dict[str, int], int, int, int | None], int],
+    table: Opened,
     rows: Rows,
     threads: int | None,
     known: Report | None = None,
@@ -262,7 +338,7 @@ def _run_in_slices(
     """
     n = rows.n
     if threads is None:
-        worth = n // _ROWS_PER_THREAD
+        worth = n // table.rows_per_thread
         threads = min(processors(), worth) if worth > 1 else 1
     parts = threads * max(1, math.ceil(n / (threads * SLICE))) if threads > 1 or n > SLICE else 1
     longest = math.ceil(n / parts)

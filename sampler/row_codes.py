@@ -38,11 +38,13 @@ class RowCodes:
     ----------
     counts : dict of int
         Numbers of draws so far, by the kinds of `sampler.errors.FLAGS`.
+    warns : bool
+        Whether the first draw of each kind gives a warning.
     """
 
     def __init__(self, pair: str, covered: Covered, outside: Literal["clamp", "raise"]) -> None:
         self.pair, self.covered, self.outside = pair, covered, outside
-        self.counts = dict.fromkeys(FLAGS, 0)
+        self.counts, self.warns = dict.fromkeys(FLAGS, 0), True
         self._warned_of_size = False
         self._lock = threading.Lock()
 
@@ -99,7 +101,7 @@ class RowCodes:
             new = [kind for kind, number in numbers.items() if number and not self.counts[kind]]
             for kind, number in numbers.items():
                 self.counts[kind] += number
-        return new
+        return new if self.warns else []
 
     def _outside(self, call: Call, row: int, code: int) -> InputError:
         """Make the error of a row that lies outside the table."""

@@ -32,7 +32,7 @@ from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.image import table_image
 from sampler.formats.shape_geometry import Geometry
 from sampler.law import Reduction, reduced_draws
-from sampler.library import OpenTable, Report
+from sampler.library import Opened, OpenTable, Report
 from sampler.row_codes import RowCodes
 
 if TYPE_CHECKING:
@@ -93,6 +93,8 @@ class Table:
         those at a speed at which the pair was not measured (``extrapolated``).
     handle : int
         Address of the open table, for `sampler.numba`. It is valid as long as the table exists.
+    nbytes : int
+        Memory of the table [bytes].
 
     Raises
     ------
@@ -113,9 +115,6 @@ class Table:
         *,
         outside: Literal["clamp", "raise"] = "clamp",
     ) -> None:
-        if not isinstance(outside, str) or outside not in ("clamp", "raise"):
-            raise InputError("outside", repr(outside), "'clamp', 'raise'")
-        self._table = OpenTable(table_image(contents))
         self.columns = contents.variables
         self.pair, self.config = contents.pair, contents.config
         self.content_sha256 = contents.content_sha256
@@ -127,10 +126,24 @@ class Table:
             for path, values in contents.datasets.items()
             if path.startswith("accuracy/")
         }
+        self.shape_geometry = _geometry_by_code(contents)
         low, high = contents.datasets.get("spin/alpha_range_deg", (0.0, 0.0))
         others = (float(low), float(high)) if high > 0.0 else None
-        self.covered = make_covered(self._table.covered(), self.has_spin, others)
-        self.shape_geometry = _geometry_by_code(contents)
+        image = table_image(contents)
+        self.nbytes = int(image.nbytes)
+        self._open(OpenTable(image), outside, others)
+
+    def _open(
+        self,
+        opened: Opened,
+        outside: Literal["clamp", "raise"],
+        spin_alpha_deg: tuple[float, float] | None = None,
+    ) -> None:
+        """Take what the library has opened, and its range."""
+        if not isinstance(outside, str) or outside not in ("clamp", "raise"):
+            raise InputError("outside", repr(outside), "'clamp', 'raise'")
+        self._table = opened
+        self.covered = make_covered(opened.covered(), self.has_spin, spin_alpha_deg)
         self._codes = RowCodes(self.pair, self.covered, outside)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -158,11 +171,6 @@ class Table:
     def extrapolated(self) -> int:
         """Number of draws so far at speeds at which the pair was not measured."""
         return self._codes.counts["extrapolated"]
-
-    @property
-    def nbytes(self) -> int:
-        """Memory of the table [bytes]."""
-        return int(self._table.image.nbytes)
 
     @property
     def alpha_range(self) -> tuple[float, float]:
@@ -400,7 +408,7 @@ class Table:
         call = self._call(given, grain, Keys(seed, index, hit, rng, size))
         check_written("works", works, (*call.shape, 2), np.float64)
         check_written("codes", codes, call.shape, np.intc)
-        if works is not None and not {"work_normal", "work_shear"} <= {*self.columns}:
+        if works is not None and not self._table.has_works():
             raise InputError("works", problem=f"the table {self.pair} has no works")
         n, tails = call.rows.n, {"velocity": (3,), "omega": (3,), "inertia": ()}
         results = {name: np.empty((n, *tail)) for name, tail in tails.items()}
@@ -615,6 +623,9 @@ class Table:
         """
         from sampler.device.device_table import DeviceTable
 
+        if not isinstance(self._table, OpenTable):
+            problem = "direct simulation does not run on a GPU"
+            raise InputError("to_device", problem=problem, remedy="load a table")
         return DeviceTable(self, self._table.image, dtype)
 
     def check_spin(self, name: str, spin: Any, grain: Grain | None) -> None:

@@ -37,6 +37,7 @@ SECTIONS = (
     "experts",
     "outcomes",
     "spin_draw",
+    "direct",
     "sample",
     "frame",
     "rough",

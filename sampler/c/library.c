@@ -2,6 +2,9 @@
 
    Units are those of the header. build.py compiles this file; sampler/library.py calls it. */
 
+#include <stdio.h>
+#include <stdlib.h>
+
 #include "rebound_sampler.h"
 
 /* Open an image as rbt_open_memory does, but without a checksum: Python has just made it from a table that it
@@ -9,6 +12,39 @@
 int rbt_open_image(const void *image, size_t size, rbt_table **table)
 {
     return rbti_open(image, size, 0, table);
+}
+
+/* Open a table that has no law but direct simulation, with the variables `columns` in its states. */
+int rbt_open_direct(const rbt_direct_law *law, size_t n_columns, const int8_t *columns,
+                    rbt_table **table)
+{
+    rbt_table *opened = (rbt_table *)calloc(1, sizeof *opened);
+    if (!opened)
+        return RBT_ERR_NO_MEMORY;
+    memcpy(opened->columns, columns, n_columns);
+    opened->n_columns = (int32_t)n_columns;
+    snprintf(opened->pair, sizeof opened->pair, "%s", law->pair);
+    const int code = rbt_use_direct(opened, law);
+    if (code != RBT_OK) {
+        free(opened);
+        return code;
+    }
+    *table = opened;
+    return RBT_OK;
+}
+
+/* Simulate n rows as rbt_sample does, and write all RBT_DIRECT_VALUES numbers of each. */
+int rbt_sample_all(const rbt_table *table, size_t n, const rbt_conditions *conditions,
+                   uint64_t seed, double *values, int *codes)
+{
+    rbti_tally tally = {RBT_OK, RBT_OK};
+    for (size_t first = 0, count = 0; first < n; first += count) {
+        count = n - first < RBT_DIRECT_ROWS ? n - first : RBT_DIRECT_ROWS;
+        rbti_simulate_rows(table, conditions, first, count, seed, seed,
+                           values + RBT_DIRECT_VALUES * first, codes + first);
+        rbti_count_codes(&tally, codes + first, count);
+    }
+    return rbti_result(&tally);
 }
 
 /* -- functions of one particle, called for n particles ---------------------------------------------

@@ -272,7 +272,9 @@ def _array_arguments(array: StoredArray) -> str:
     elif rows == "h->n_cells":
         rows = "rbti_cells(h)"
     member = array.name.replace("_coordinate", ".coordinate")
-    if array.count in ("n_shapes", "n_leaves"):
+    if array.count == "n_shapes" or array.name == "shape_inertia":
+        member = f"population.{array.name}"
+    elif array.count == "n_leaves":
         member = f"spin.{array.name.removeprefix('spin_')}"
     product = " * ".join([f"(uint64_t){rest[0]}", *rest[1:]]) if rest else "1"
     kind, count = _c_type(array.dtype), f"h->{array.count}"

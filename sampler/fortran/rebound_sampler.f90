@@ -37,12 +37,13 @@ module rebound_sampler
       RBT_OK = 0, RBT_ANGLE = 1, RBT_SPEED = 2, RBT_SPIN = 4, RBT_EXTRAPOLATED = 8, &
       RBT_ERR_MISSING = -1, RBT_ERR_NOT_FINITE = -2, RBT_ERR_NOT_APPROACHING = -3, &
       RBT_ERR_SPEED_NOT_POSITIVE = -4, RBT_ERR_NORMAL_NOT_USABLE = -5, RBT_ERR_HALF_SIZE = -6, &
-      RBT_ERR_ROUGHNESS_NOT_USABLE = -7, RBT_ERR_CASCADE_NOT_ENDED = -9, &
-      RBT_ERR_NO_SPIN_LAW = -10, RBT_ERR_GRAIN_NOT_KNOWN = -11, RBT_ERR_NO_WORKS = -12, &
-      RBT_ERR_NOT_OPENED = -20, RBT_ERR_NOT_READ = -21, RBT_ERR_NO_MEMORY = -22, &
-      RBT_ERR_BIG_ENDIAN = -23, RBT_ERR_FORMAT = -24, RBT_ERR_VERSION = -25, RBT_ERR_SIZE = -26, &
-      RBT_ERR_CHECKSUM = -27, RBT_ERR_DIMENSIONS = -28, RBT_ERR_NAMES = -29, &
-      RBT_ERR_OFFSETS = -30, RBT_ERR_INDICES = -31, RBT_OUTSIDE = 7, RBT_ELLIPSOID = 0, &
+      RBT_ERR_ROUGHNESS_NOT_USABLE = -7, RBT_ERR_CASCADE_NOT_ENDED = -8, &
+      RBT_ERR_REBOUND_NOT_ENDED = -9, RBT_ERR_NO_SPIN_LAW = -10, RBT_ERR_GRAIN_NOT_KNOWN = -11, &
+      RBT_ERR_NO_WORKS = -12, RBT_ERR_DIRECT_VERSION = -13, RBT_ERR_DIRECT_PAIR = -14, &
+      RBT_ERR_NOT_OPENED = -15, RBT_ERR_NOT_READ = -16, RBT_ERR_NO_MEMORY = -17, &
+      RBT_ERR_BIG_ENDIAN = -18, RBT_ERR_FORMAT = -19, RBT_ERR_VERSION = -20, RBT_ERR_SIZE = -21, &
+      RBT_ERR_CHECKSUM = -22, RBT_ERR_DIMENSIONS = -23, RBT_ERR_NAMES = -24, &
+      RBT_ERR_OFFSETS = -25, RBT_ERR_INDICES = -26, RBT_OUTSIDE = 7, RBT_ELLIPSOID = 0, &
       RBT_PRISM = 1, RBT_TRUNCATED_PRISM = 2, RBT_TETRAHEDRON = 3, RBT_SPHERE = 4, &
       RBT_FIRST_MESH = 64
   integer, parameter, public :: &
@@ -82,7 +83,7 @@ module rebound_sampler
   type, bind(c) :: c_rebounds
     type(c_ptr) :: velocity = c_null_ptr, omega = c_null_ptr, inertia = c_null_ptr, &
         works = c_null_ptr, codes = c_null_ptr
-    integer(c_size_t) :: bad = 0, first_bad = 0, flagged(8) = 0
+    integer(c_size_t) :: bad = 0, first_bad = 0, flagged(4) = 0
   end type c_rebounds
   ! end records
 
@@ -534,7 +535,7 @@ contains
     real(c_double), intent(inout), contiguous, target, optional :: works(:, :)
     integer(c_int), intent(inout), contiguous, target, optional :: codes(:)
     integer, intent(out), optional :: bad, first_bad  ! rows with an error; first of them, 0: none
-    integer, intent(out), optional :: flagged(8)  ! rows with RBT_ANGLE, _SPEED, _SPIN, _EXTRAPOLATED, ...
+    integer, intent(out), optional :: flagged(4)  ! rows with RBT_ANGLE, _SPEED, _SPIN, _EXTRAPOLATED
     integer(c_int) :: code
     integer :: n
     logical :: agree

@@ -50,7 +50,7 @@ from tablegen.accuracy.metrics import Estimate
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import FIRST_MESH
-from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.direct import DirectModel, silent_model
 from tablegen.simulation.impact_chains import ANY_ANGLES, normals_at
 
 #: Geometries, and their names in texts.
@@ -290,7 +290,7 @@ def compare_chain(
     alpha1 = flat + (steep - flat) * spread[0]
     arrivals = first_arrivals(index, alpha1, slow + (fast - slow) * spread[1])
     sides = []
-    for law in (wall, DirectModel(config)):
+    for law in (wall, silent_model(config)):
         early, on = follow_grains(law, arrivals, geometry, seed, _LAST_HIT_OF_ALL)
         few = on.first(max(round(_SHARE_AFTER * len(index)), 2))
         late, _ = follow_grains(law, few, geometry, seed, GROUPS[-1][1] - _LAST_HIT_OF_ALL)
@@ -381,7 +381,7 @@ def chain_comparisons(
     ``samples`` is the number of grains of a kind on each side; default and maximum are `SAMPLES`.
     """
     count = min(samples or SAMPLES, SAMPLES)
-    kinds = kinds_of_grains(DirectModel(config), seed, count)
+    kinds = kinds_of_grains(silent_model(config), seed, count)
     return [
         partial(compare_chain, wall, config, kind, geometry, seed)
         for kind, geometry in product(kinds.items(), GEOMETRIES)

@@ -47,7 +47,7 @@ from tablegen.evidence.methods import (
 from tablegen.model.float_array import FloatArray
 from tablegen.parallel import in_threads
 from tablegen.progress import bar
-from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.direct import silent_model
 from tablegen.simulation.impact_chains import ANY_ANGLES
 from tablegen.simulation.simulate import simulate
 
@@ -264,12 +264,12 @@ def measure_spinning(
     if not table.has_spin and (low > ANY_ANGLES[0] or high < ANY_ANGLES[1]):
         return ()
     walls: dict[str, Wall] = {
-        "direct simulation": DirectModel(config),
+        "direct simulation": silent_model(config),
         "table, without spin": _FirstImpacts(table),
     }
     if table.has_spin:
         walls["table, with spin"] = table
-    kinds = kinds_of_grains(DirectModel(config), seed, 1)
+    kinds = kinds_of_grains(silent_model(config), seed, 1)
     compared: dict[str, list[ComparedChain]] = {name: [] for name in walls}
     for name in list(walls)[1:]:
         chains = chain_comparisons(walls[name], config, seed, budget.chained)

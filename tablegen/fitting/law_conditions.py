@@ -26,9 +26,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import Config
-from tablegen.config.population import FixedAspect, Population
+from tablegen.config.grain_ranges import inertia_coefficients, ratio_range
+from tablegen.config.population import Population
 from tablegen.fitting.spin_coordinates import (
     SPIN_RANGE,
     Moments,
@@ -37,8 +37,7 @@ from tablegen.fitting.spin_coordinates import (
     kappa_from_place,
 )
 from tablegen.model.float_array import FloatArray
-from tablegen.model.shapes import inertia
-from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.direct_law import DirectLaw
 from tablegen.simulation.impact_chains import (
     Impacts,
     energy_factor,
@@ -99,34 +98,6 @@ def covered_range(config: Config) -> LawRange:
     low, high = config.speeds
     alpha = math.radians(first), min(math.radians(last), math.pi / 2.0)
     return LawRange(alpha, (low, high), (low, FASTEST * high))
-
-
-def ratio_range(population: Population, shape_code: int) -> FloatArray:
-    """Find the least and the largest b/a and c/b of the grains of a shape or mesh, (2, 2)."""
-    if shape_code >= FIRST_MESH:
-        b, c = population.kernel_arguments().meshes.sizes[shape_code - FIRST_MESH, :2]
-        return np.array([[b, b], [c / b, c / b]])
-    aspect = population.aspect
-    if shape_code == SHAPE_CODES["sphere"] or aspect is None:
-        return np.ones((2, 2))
-    if isinstance(aspect, FixedAspect):
-        return np.array([[value, value] for value in aspect.values])
-    return np.array([aspect.range, aspect.range])
-
-
-def inertia_coefficients(population: Population, shape_code: int) -> tuple[float, float]:
-    """Find the coefficients g_1 and g_3 of the moments of inertia of a shape or mesh.
-
-    A grain with the ratios beta = b/a and gamma = c/b has the largest moment of inertia
-    g_1 (1 + beta^2) m a^2, and the smallest one g_3 beta^2 (1 + gamma^2) m a^2.
-    """
-    if shape_code < FIRST_MESH:
-        largest = float(inertia(shape_code, 1.0, 1.0, population.truncation)[2])
-        return 0.5 * largest, 0.5 * largest
-    meshes = population.kernel_arguments().meshes
-    moments = meshes.moments[shape_code - FIRST_MESH]
-    b, c = meshes.sizes[shape_code - FIRST_MESH, :2]
-    return float(moments.max() / (1.0 + b * b)), float(moments.min() / (b * b + c * c))
 
 
 def grain_moments(population: Population, shape_code: int, ratios: FloatArray) -> Moments:
@@ -209,7 +180,7 @@ def nonspinning_impacts(domain: LawRange, grains: FloatArray, rng: np.random.Gen
 
 
 def chain_impacts(
-    model: DirectModel,
+    law: DirectLaw,
     domain: LawRange,
     grains: FloatArray,
     hits: int,
@@ -220,7 +191,7 @@ def chain_impacts(
 
     Parameters
     ----------
-    model : DirectModel
+    law : DirectLaw
     domain : LawRange
         Impacts outside this range are moved to its ends.
     grains : (m, 3) float64
@@ -244,7 +215,7 @@ def chain_impacts(
     any_wall = rng.random(count) < _ANY_WALL_SHARE
     inertia_after_first, impacts_by_hit = np.zeros(count), []
     for hit in range(1, hits):
-        departures = simulate_departures(model, impacts, seed(hit), threads=1)
+        departures = simulate_departures(law, impacts, seed(hit), threads=1)
         if hit == 1:
             inertia_after_first = departures.inertia
         impacts = next_impacts(departures, any_wall, rng.random((count, 2)))
@@ -316,7 +287,7 @@ def _unit_vectors(vectors: FloatArray) -> FloatArray:
 
 
 def spinning_impacts(
-    model: DirectModel,
+    law: DirectLaw,
     domain: LawRange,
     population: Population,
     shape_code: int,
@@ -335,7 +306,7 @@ def spinning_impacts(
     """
     from_chains = (_CHAIN_SHARE + _NEIGHBOUR_SHARE) * count
     occurring, to_change, kappa = _occurring_impacts(
-        model, domain, population, shape_code, from_chains, seed, rng
+        law, domain, population, shape_code, from_chains, seed, rng
     )
     moments = grain_moments(population, shape_code, to_change.grain[:, 1:])
     near = neighbouring_impacts(to_change, domain, moments, rng)
@@ -347,7 +318,7 @@ def spinning_impacts(
 
 
 def _occurring_impacts(
-    model: DirectModel,
+    law: DirectLaw,
     domain: LawRange,
     population: Population,
     shape_code: int,
@@ -364,7 +335,7 @@ def _occurring_impacts(
     def simulate_chains(size: float, hits: int, first: int) -> tuple[Impacts, FloatArray]:
         grains = draw_grains(population, shape_code, math.ceil(size / (hits - 1)), rng)
         impacts, inertia = chain_impacts(
-            model, domain, grains, hits, lambda hit: seed(first + hit), rng
+            law, domain, grains, hits, lambda hit: seed(first + hit), rng
         )
         moments = grain_moments(population, shape_code, grains[:, 1:])
         spins = inertia > 0.0

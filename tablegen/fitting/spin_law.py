@@ -48,7 +48,7 @@ from tablegen.fitting.spin_coordinates import (
 )
 from tablegen.fitting.tree import Tree, grow_tree, join_trees
 from tablegen.model.float_array import FloatArray
-from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.direct_law import DirectLaw
 from tablegen.simulation.impact_chains import Impacts, energy_factor, simulate_departures
 
 #: Speed coordinates to choose from if the restitution does not fall exponentially with a power of
@@ -237,7 +237,11 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
     Conditions without spin and conditions with spin have trees of their own, which are joined.
     Returns the arrays of `ShapeConditions`.
     """
-    domain, population, model = covered_range(config), config.population, DirectModel(config)
+    domain, population, law = (
+        covered_range(config),
+        config.population,
+        DirectLaw.from_config(config),
+    )
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
     kappa_by_batch = []
 
@@ -246,7 +250,7 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
 
     def draw_spinning(count: int, batch: int) -> Impacts:
         seed = partial(_stream, f"{key} {batch}")
-        impacts, kappa = spinning_impacts(model, domain, population, shape_code, count, seed, rng)
+        impacts, kappa = spinning_impacts(law, domain, population, shape_code, count, seed, rng)
         kappa_by_batch.append(kappa)
         return impacts
 
@@ -255,7 +259,7 @@ def conditions_task(config: Config, shape_code: int, sizes: SpinSizes, key: str)
         seed = _stream(key, number)
 
         def simulate_outcomes(rows: NDArray[np.int64]) -> FloatArray:
-            return _rebounds(model, config, shape_code, conditions, rows, seed).outcomes
+            return _rebounds(law, config, shape_code, conditions, rows, seed).outcomes
 
         # one BLAS thread: the tasks run in parallel, and sums keep their order
         with threadpool_limits(limits=1, user_api="blas"):
@@ -321,7 +325,7 @@ def leaf_task(
     config: Config, shape_code: int, leaf: LeafConditions, sizes: SpinSizes, key: str
 ) -> Arrays:
     """Simulate rebounds at the conditions of a leaf, and fit it; returns arrays of `LeafArrays`."""
-    model = DirectModel(config)
+    law = DirectLaw.from_config(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
 
     # rebounds are in random order, and each condition is simulated about equally often; if there
@@ -332,7 +336,7 @@ def leaf_task(
     with threadpool_limits(limits=1, user_api="blas"):
         return fit_leaf(
             # no name here, so that `fit_leaf` can free them
-            _rebounds(model, config, shape_code, leaf, rows, _stream(key)),
+            _rebounds(law, config, shape_code, leaf, rows, _stream(key)),
             leaf.inside[rows],
             sizes,
             rng,
@@ -340,7 +344,7 @@ def leaf_task(
 
 
 def _rebounds(
-    model: DirectModel,
+    law: DirectLaw,
     config: Config,
     shape_code: int,
     leaf: LeafConditions,
@@ -353,13 +357,13 @@ def _rebounds(
     for first in range(0, count, _BLOCK):
         block = slice(first, first + _BLOCK)
         rebounds.inputs[block], rebounds.outcomes[block] = _block_of_rebounds(
-            model, config, shape_code, leaf, rows[block], first, seed
+            law, config, shape_code, leaf, rows[block], first, seed
         )
     return rebounds
 
 
 def _block_of_rebounds(
-    model: DirectModel,
+    law: DirectLaw,
     config: Config,
     shape_code: int,
     leaf: LeafConditions,
@@ -373,7 +377,7 @@ def _block_of_rebounds(
     inputs = reflect(
         impact_inputs(impacts, moments, speed_coordinate(config)), is_reflected, INPUT_SIGNS
     )
-    departures = simulate_departures(model, impacts, seed, threads=1)
+    departures = simulate_departures(law, impacts, seed, threads=1)
     energy = energy_factor(impacts.spin, impacts.inertia) ** 2
     inertia = np.where(departures.inertia > 0.0, departures.inertia, moments.largest)
     outcomes = np.column_stack(

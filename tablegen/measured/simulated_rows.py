@@ -12,7 +12,7 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import HALF_SIZE, Bounds
 from tablegen.parallel import in_threads
 from tablegen.progress import bar
-from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.direct import silent_model
 from tablegen.simulation.simulate import check_impact_angle, check_run
 
 #: Standard deviation of the tilt of facets.
@@ -44,10 +44,7 @@ class SimulatedRows:
         self._alpha_deg, self._speed = np.asarray(alpha_deg, dtype=np.float64), speed
         self._alpha = [check_impact_angle(a, "alpha_deg") for a in np.radians(self._alpha_deg)]
         self._shapes = config.population.strata()
-        self._models = [
-            DirectModel.from_parts(config.pair, shape.population, config.model)
-            for shape in self._shapes
-        ]
+        self._models = [silent_model(config, shape.population) for shape in self._shapes]
         self._seed, self._threads = seed, threads
 
     def moments(self, count: int, progress: bool = False) -> SimulatedMoments:

@@ -20,8 +20,8 @@ Sources: Panfilov & Tsirkunov 2022, equations (1) to (7), and those of `tablegen
 import math
 
 from tablegen.model.contact_laws import COULOMB, resistance, restitution
-from tablegen.model.frames import combine, cross, dot
 from tablegen.model.jit import inline_kernel, kernel
+from tablegen.model.vectors import combine, cross, dot
 
 #: Entries of an audit array.
 ENERGY, ANGULAR, NORMAL, TANGENTIAL, PENETRATION, FLIGHT_ENERGY, FLIGHT_MOMENTUM = range(7)

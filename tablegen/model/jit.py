@@ -168,16 +168,22 @@ class _Messages(event.Listener):
 event.register("numba:compile", _Messages())
 
 
-def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
+def _kept_on_disk(compile_function: Callable[[bool], Any], function: Callable[..., Any]) -> Any:
+    """Compile a function, and keep its machine code in the folder of the cache if possible."""
     folder, named = cache_folder(), _CONFIG.CACHE_DIR
     kept = Path(function.__code__.co_filename).is_file() and _can_be_written(folder)
     _CONFIG.CACHE_DIR = str(folder)
     try:
-        compiled = numba.njit(**options, cache=kept)(function)
+        compiled = compile_function(kept)
     finally:
         _CONFIG.CACHE_DIR = named
     if kept:
         _go_on_without_space(compiled)
+    return compiled
+
+
+def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
+    compiled = _kept_on_disk(lambda kept: numba.njit(**options, cache=kept)(function), function)
     # for a type checker the function stays the same
     return cast(_Function, compiled)
 
@@ -205,6 +211,24 @@ def no_refcount_kernel(function: _Function) -> _Function:
 def no_refcount_inline_kernel(function: _Function) -> _Function:
     """Make a small function that only uses arrays of its caller a part of its kernels."""
     return _inlined(function, _INLINE | _NO_REFCOUNT)
+
+
+def c_function(function: Callable[..., Any], signature: Any) -> Any:
+    """Compile a kernel as a function that C calls; ``.address`` of the result is its address.
+
+    The kernel takes addresses and numbers, and neither makes nor returns arrays.
+    """
+    return _kept_on_disk(
+        lambda kept: numba.cfunc(signature, **_OPTIONS, **_NO_REFCOUNT, cache=kept)(function),
+        function,
+    )
+
+
+def c_function_text(function: Callable[..., Any], signature: Any) -> str:
+    """Compile a kernel as `c_function` does, and return its code in LLVM, without any wrapper."""
+    options = _OPTIONS | _NO_REFCOUNT | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    compiled = numba.njit(signature, **options)(function)
+    return str(compiled.inspect_llvm(compiled.signatures[0]))
 
 
 #: Decorator for a function that gives the type of a call and writes its code in LLVM.

@@ -10,13 +10,24 @@ length, and the result of a particle does not depend on the particles in the oth
 Units are those of `tablegen.model.rebound`.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
+from sampler.errors import OK, REBOUND_NOT_ENDED
+from sampler.formats.channels import VARIABLES
 from tablegen.model.contact import contact_point
-from tablegen.model.impacts import CONDITION_SIZE, INSTANT, condition_of, translates
-from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
+from tablegen.model.impacts import (
+    CONDITION_SIZE,
+    INSTANT,
+    condition_of,
+    impact_condition,
+    store_condition,
+    translates,
+)
+from tablegen.model.jit import no_refcount_inline_kernel, no_refcount_kernel
+from tablegen.model.random_particles import COSINE, NORMAL, SINE, spin_of
 from tablegen.model.rebound import (
     COLLISION_ALARM,
     HEIGHT,
@@ -31,20 +42,18 @@ from tablegen.model.rebound import (
     place_before_impact,
     rotational_energy,
 )
-from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import (
     FIRST_MESH,
     Body,
     has_vertices,
     inertia,
-    mesh_map,
     place_vertices,
+    population_map,
 )
 from tablegen.model.simd import (
     WIDTH,
     any_lane,
     extract,
-    lane_array,
     load,
     load_three,
     logical_not,
@@ -59,9 +68,11 @@ from tablegen.model.simd import (
 MOMENTS, HALF, RADIUS, INITIAL, COLLISIONS, TAKEN, TOP = 0, 3, 6, 7, 8, 9, 11
 PROPERTIES = 12
 
-#: Rows of a result: state, energies, and the inertia about the spin.
-ENERGIES, INERTIA = 6, 10
-RESULTS = 11
+#: Numbers of a result: the variables of a state, the inertia about the spin over m a^2, and the
+#: kinetic energy before the impact over m V^2 / 2. Energies of rotation are over that energy, works
+#: over m V^2 / 2.
+OMEGA, ROTATION, COUNT, WORK, INERTIA = 3, 6, 7, 8, len(VARIABLES)
+BEFORE, RESULTS = INERTIA + 1, INERTIA + 2
 
 
 class LaneSlots(NamedTuple):
@@ -70,9 +81,9 @@ class LaneSlots(NamedTuple):
     ``motion`` (13, WIDTH) and ``series`` (9, ORDER + 1, WIDTH) as in `tablegen.model.rebound`;
     ``properties`` (12, WIDTH): moments, half-sizes, bounding radius, energy before the impact,
     collisions so far, energies that the normal and the tangential impulses took, and height at
-    which the particle has left; ``condition`` (10, WIDTH) as in `tablegen.model.impacts`;
+    which the particle has left; ``condition`` (9, WIDTH) as in `tablegen.model.impacts`;
     ``candidates`` (m, 3, WIDTH) and ``counts`` (WIDTH,) as in `Body`; ``point`` (3, WIDTH): contact
-    points; ``result`` (11, WIDTH): states, energies and inertia of particles that have left;
+    points; ``result`` (RESULTS, WIDTH): results of particles that have left;
     ``particle`` (WIDTH,): row of the particle in each slot.
     """
 
@@ -87,28 +98,18 @@ class LaneSlots(NamedTuple):
     particle: np.ndarray
 
 
-@inline_kernel
-def make_slots(vertices):
-    """Make slots for particles of up to ``vertices`` vertices."""
-    return LaneSlots(
-        lane_array(MOTION_SIZE),
-        lane_array(9 * (ORDER + 1)).reshape(9, ORDER + 1, WIDTH),
-        lane_array(PROPERTIES),
-        lane_array(CONDITION_SIZE),
-        lane_array(3 * vertices).reshape(vertices, 3, WIDTH),
-        np.zeros(WIDTH, dtype=np.int64),
-        lane_array(3),
-        lane_array(RESULTS),
-        np.zeros(WIDTH, dtype=np.int64),
-    )
+class Outcome(NamedTuple):
+    """Arrays that are written: ``values`` (n, RESULTS), and the codes (n,) of the rebounds."""
+
+    values: np.ndarray
+    codes: np.ndarray
 
 
 @no_refcount_kernel
-def _clear_slots(conditions, slots):
-    """Fill the slots with a unit body, so that arithmetic on slots without a particle stays finite.
+def _clear_slots(slots):
+    """Fill the slots with a unit body at rest, so that arithmetic on empty slots stays finite.
 
-    Their condition is the first one, which may be that of all particles. The vertices are zero,
-    because rows after those of the particle in a slot are read too.
+    The vertices are zero, because rows after those of the particle in a slot are read too.
     """
     for slot in range(WIDTH):
         for k in range(MOTION_SIZE):
@@ -116,8 +117,8 @@ def _clear_slots(conditions, slots):
         for k in range(PROPERTIES):
             slots.properties[k, slot] = 1.0
         for k in range(CONDITION_SIZE):
-            slots.condition[k, slot] = conditions[0, k]
-        slots.counts[slot] = 0
+            slots.condition[k, slot] = 0.0 if k in (3, 4, 5) else 1.0
+        slots.counts[slot] = slots.particle[slot] = 0
         for i in range(slots.candidates.shape[0]):
             for k in range(3):
                 slots.candidates[i, k, slot] = 0.0
@@ -137,23 +138,19 @@ def _load_mesh(population, mesh, slots, slot):
 
 
 @no_refcount_kernel
-def _load_slot(population, conditions, drawn, code, particle, slots, slot):
-    """Load a random particle into a slot.
-
-    `_load_shape` adds the properties of shapes other than meshes.
-    """
-    axes, kind = drawn
-    if conditions.shape[0] > 1:
-        for k in range(CONDITION_SIZE):
-            slots.condition[k, slot] = conditions[particle, k]
+def _load_slot(population, numerics, rows, prepared, code, particle, slots, slot):
+    """Load a particle into a slot; `_load_shape` adds the properties of shapes but meshes."""
+    cosine, sine = prepared[particle, COSINE], prepared[particle, SINE]
+    moving = cosine, sine, rows.speed[particle], spin_of(rows, particle)
+    store_condition(impact_condition(*moving, numerics), slots.condition, slot)
     if code < FIRST_MESH:
         slots.properties[HALF, slot] = 1.0
-        slots.properties[HALF + 1, slot] = kind[particle, 1]
-        slots.properties[HALF + 2, slot] = kind[particle, 1] * kind[particle, 2]
+        slots.properties[HALF + 1, slot] = rows.grain[particle, 1]
+        slots.properties[HALF + 2, slot] = rows.grain[particle, 1] * rows.grain[particle, 2]
     else:
         _load_mesh(population, code - FIRST_MESH, slots, slot)
     for k in range(6):
-        slots.motion[3 + k, slot] = axes[particle, k]
+        slots.motion[3 + k, slot] = prepared[particle, NORMAL + k]
     for k in range(COLLISIONS, PROPERTIES):
         slots.properties[k, slot] = 0.0
     slots.particle[slot] = particle
@@ -214,51 +211,47 @@ def _collide_touching(law, body, slots, touching):
 
 @no_refcount_kernel
 def _store_departed(body, slots, finished, outcome):
-    """Store states, energies, inertia and collisions of the particles that have left."""
+    """Store the results of the particles that have left, and a code where one is not finite."""
     motion, result = slots.motion, slots.result
-    state, collisions, energy, inertias = outcome
     u, v, w = load_three(motion, U)
     store_three(result, 0, (u, v, w))
     spin, about = departing_spin(body.moments, load(slots.condition, INSTANT), motion)
-    store_three(result, 3, spin)
-    store(result, INERTIA, about)
+    store_three(result, OMEGA, spin)
     initial = load(slots.properties, INITIAL)
-    store(result, ENERGIES, 0.5 * (u * u + v * v + w * w) / initial)
-    store(result, ENERGIES + 1, rotational_energy(body.moments, motion) / initial)
+    store(result, ROTATION, rotational_energy(body.moments, motion) / initial)
+    store(result, COUNT, load(slots.properties, COLLISIONS))
     for k in range(2):
-        store(result, ENERGIES + 2 + k, load(slots.properties, TAKEN + k) / initial)
+        store(result, WORK + k, 2.0 * load(slots.properties, TAKEN + k))
+    store(result, INERTIA, about)
+    store(result, BEFORE, 2.0 * initial)
     for slot in range(WIDTH):
         if extract(finished, slot):
             i = slots.particle[slot]
-            for k in range(6):
-                state[i, k] = result[k, slot]
-            inertias[i] = result[INERTIA, slot]
-            for k in range(energy.shape[1]):
-                energy[i, k] = result[ENERGIES + k, slot]
-            collisions[i] = int(slots.properties[COLLISIONS, slot])
-
-
-@inline_kernel
-def _particle_of_first_lane(where, particle):
-    """Return the particle in the first slot in which a mask is true."""
-    slot = 0
-    while not extract(where, slot):
-        slot += 1
-    return particle[slot]
+            total = 0.0
+            for k in range(RESULTS):
+                outcome.values[i, k] = result[k, slot]
+                total += abs(result[k, slot])
+            outcome.codes[i] = OK if total < math.inf else REBOUND_NOT_ENDED
 
 
 @no_refcount_kernel
-def follow_particles(law, population, conditions, drawn, code, no_map, members, slots, outcome):
-    """Follow particles of one shape until they have left; return one that met an alarm, or -1.
+def _store_alarms(slots, stuck, outcome):
+    """Store the code of the particles that met an alarm."""
+    for slot in range(WIDTH):
+        if extract(stuck, slot):
+            outcome.codes[slots.particle[slot]] = REBOUND_NOT_ENDED
 
-    ``drawn`` are the wall axes n and x in body axes (n, 6) and the kinds (n, 3) of all particles;
-    ``code`` is the shape code, FIRST_MESH + k of mesh k; ``no_map`` is an empty support map;
-    ``members`` (m,) are the rows of the particles of this shape; ``outcome`` are the arrays state,
-    collisions, energies and inertia of `tablegen.model.particle_run.simulate_batch`, in which the
-    rows of ``members`` are written.
+
+@no_refcount_kernel
+def follow_particles(law, population, numerics, rows, prepared, code, members, slots, outcome):
+    """Follow particles of one shape until they have left, or met an alarm.
+
+    ``numerics`` as of `tablegen.model.impacts.impact_condition`; ``rows`` are the `Rows` of all
+    particles, and ``prepared`` what `prepare_particles` wrote; ``code`` is the shape code;
+    ``members`` (m,) are the rows of the particles of this shape, which are written to ``outcome``.
     """
-    support_map = mesh_map(population.meshes, code - FIRST_MESH) if code >= FIRST_MESH else no_map
-    _clear_slots(conditions, slots)
+    support_map = population_map(population, code)
+    _clear_slots(slots)
     candidates = slots.candidates if has_vertices(code) else slots.candidates[:0]
     touching = active = mask_from_bits(0)
     upcoming = 0
@@ -266,22 +259,24 @@ def follow_particles(law, population, conditions, drawn, code, no_map, members, 
         loading = 0
         for slot in range(WIDTH):
             if upcoming < members.shape[0] and not extract(active, slot):
-                _load_slot(population, conditions, drawn, code, members[upcoming], slots, slot)
+                particle = members[upcoming]
+                _load_slot(population, numerics, rows, prepared, code, particle, slots, slot)
                 upcoming += 1
                 loading |= 1 << slot
         loaded = mask_from_bits(loading)
         active = active | loaded
         if not any_lane(active):
-            return -1
+            return
         if loading != 0 and code < FIRST_MESH:
             _load_shape(population, code, slots)
         body = _body_of_slots(slots, candidates, support_map)
         if loading != 0:
             touching = touching | _start_rebounds(body, slots, loaded)
         if any_lane(touching):
-            alarm = _collide_touching(law, body, slots, touching)
-            if any_lane(alarm):
-                return _particle_of_first_lane(alarm, slots.particle)
+            stuck = _collide_touching(law, body, slots, touching) & active
+            if any_lane(stuck):
+                _store_alarms(slots, stuck, outcome)
+                active = active & logical_not(stuck)
         flight = load(slots.properties, TOP), condition_of(slots.condition).tolerance
         touches, left = fly_one_series(body, *flight, slots.motion, slots.series, active)
         touching = touches & active

@@ -1,147 +1,167 @@
-"""Rebounds of many particles of a population, at one impact condition or at one each.
+"""Direct simulation as C calls it: the rebounds of some particles, one impact each.
 
-Nobody needs this file to change the physics. It draws the particles, sorts them by shape, so that
-particles followed in lockstep have equally many vertices, and follows each shape
-(`tablegen.model.lockstep`). An audited run follows one particle at a time, by the same functions
-and with the same bits. It is a kernel of its own because few runs are audited, and it takes as long
-to compile.
+Nobody needs this file to change the physics. `simulate_rows` takes addresses of arrays, as a
+function of C does. It orients the particles, sorts them by shape, so that particles followed in
+lockstep have equally many vertices, and follows each shape (`tablegen.model.lockstep`). It
+allocates nothing and knows no global state. `tablegen.simulation.direct_law` compiles it for this
+process, and `tablegen.simulation.exported_law` into an object file.
 
-Units are those of `tablegen.model.rebound`.
+A law, a population and the numerical parameters are two arrays, one of floats and one of integers:
+`pack_model` makes them, and `_unpack_model` reads them in the same order.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
-from tablegen.model.impacts import condition_of
-from tablegen.model.jit import kernel, no_refcount_kernel
-from tablegen.model.lockstep import follow_particles, make_slots
-from tablegen.model.random_particles import draw_particles
-from tablegen.model.rebound import (
-    LEFT,
-    MOTION_SIZE,
-    U,
-    V,
-    W,
-    departing_spin,
-    place_before_impact,
-    rebound,
-    rotational_energy,
-    workspace,
-)
-from tablegen.model.shapes import (
-    FIRST_MESH,
-    MAX_VERTICES,
-    N_SHAPES,
-    empty_map,
-    mesh_body,
-    mesh_map,
-    shaped_body,
-)
+from tablegen.model.contact_laws import LawArguments
+from tablegen.model.impacts import CONDITION_SIZE
+from tablegen.model.jit import no_refcount_inline_kernel, no_refcount_kernel
+from tablegen.model.lockstep import PROPERTIES, RESULTS, LaneSlots, Outcome, follow_particles
+from tablegen.model.memory import array_at, stack_array, stack_integers
+from tablegen.model.random_particles import PREPARED, Rows, prepare_particles
+from tablegen.model.rebound import MOTION_SIZE
+from tablegen.model.rotation import ORDER
+from tablegen.model.shapes import MAX_VERTICES, MeshArguments, ShapeArguments
+from tablegen.model.simd import WIDTH
+
+#: How many integers and floats stand in front of the arrays of a packed model.
+_INTEGERS, _REALS = 9, 9
 
 
-@kernel
-def _sorted_by_shape(kind, meshes):
-    """Sort the particles by shape; return their indices and where each shape starts.
+def pack_model(
+    law: LawArguments, population: ShapeArguments, numerics: tuple[float, float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Pack laws, particles and numerical parameters into an array of floats and one of integers.
 
-    Shapes are numbered without a gap: first those with codes of their own, then the meshes.
+    ``numerics`` as of `tablegen.model.impacts.impact_condition`.
     """
-    starts = np.zeros(N_SHAPES + meshes + 1, dtype=np.int64)
-    numbers = np.empty(kind.shape[0], dtype=np.int64)
-    for i in range(kind.shape[0]):
-        code = int(kind[i, 0])
-        numbers[i] = code if code < FIRST_MESH else code - FIRST_MESH + N_SHAPES
-        starts[numbers[i] + 1] += 1
-    for number in range(starts.size - 1):
-        starts[number + 1] += starts[number]
-    order = np.empty(kind.shape[0], dtype=np.int64)
-    place = starts.copy()
-    for i in range(kind.shape[0]):
-        order[place[numbers[i]]] = i
-        place[numbers[i]] += 1
-    return order, starts
+    meshes = population.meshes
+    integers: list[Any] = [
+        [law.restitution_law, law.resistance_law, law.numbers.size, law.resistances.size],
+        [population.shape_codes.size, meshes.resolutions.size, meshes.starts.size],
+        [len(meshes.points), meshes.longest],
+        population.shape_codes,
+        meshes.firsts,
+        meshes.resolutions,
+        meshes.starts,
+    ]
+    reals: list[Any] = [
+        [law.coefficient, law.exponent, law.strength, law.factor],
+        [population.truncation, meshes.slack, *numerics],
+        law.numbers,
+        law.resistances,
+        meshes.moments,
+        meshes.sizes,
+        meshes.reach,
+        meshes.points,
+    ]
+    return (
+        np.concatenate([np.ravel(part) for part in reals]).astype(np.float64),
+        np.concatenate([np.ravel(part) for part in integers]).astype(np.int64),
+    )
+
+
+@no_refcount_inline_kernel
+def _unpack_model(reals, integers):
+    """Read law, population and numerical parameters from what `pack_model` made."""
+    first = array_at(reals, 0, (_REALS,))
+    count = array_at(integers, 0, (_INTEGERS,))
+    numbers, resistances, shapes = count[2], count[3], count[4]
+    meshes, starts, points = count[5], count[6], count[7]
+    at = _INTEGERS
+    shape_codes = array_at(integers, at, (shapes,))
+    at += shapes
+    firsts = array_at(integers, at, (meshes + 1, 2))
+    at += 2 * (meshes + 1)
+    resolutions = array_at(integers, at, (meshes,))
+    lists = array_at(integers, at + meshes, (starts,))
+    at = _REALS
+    law = LawArguments(
+        first[0],
+        first[1],
+        first[2],
+        first[3],
+        count[0],
+        count[1],
+        array_at(reals, at, (numbers,)),
+        array_at(reals, at + numbers, (resistances,)),
+    )
+    at += numbers + resistances
+    solids = MeshArguments(
+        array_at(reals, at, (meshes, 3)),
+        array_at(reals, at + 3 * meshes, (meshes, 3)),
+        array_at(reals, at + 6 * meshes, (meshes, 3)),
+        firsts,
+        resolutions,
+        first[5],
+        count[8],
+        lists,
+        array_at(reals, at + 9 * meshes, (points, 3)),
+    )
+    population = ShapeArguments(shape_codes, first[4], solids)
+    return law, population, (first[6], first[7], first[8])
 
 
 @no_refcount_kernel
-def follow_particle(law, population, condition, drawn, motion, storage, audit):
-    """Follow one random particle with a given orientation through its rebound.
-
-    ``drawn`` is shape code, b / a and c / b. ``motion`` (13,) has the orientation, and on return
-    the motion after the rebound. ``storage`` are arrays for vertices and their number, an empty
-    support map, and the work space of `rebound`. Returns the status, the number of collisions, the
-    angular velocity in wall axes with the inertia about it, and four energies over the kinetic
-    energy before the impact: translational and rotational after the rebound, and those that the
-    normal and the tangential impulses took.
-    """
-    shape, ba, cb = drawn
-    candidates, counts, no_map, work = storage
-    if shape < FIRST_MESH:
-        body = shaped_body(shape, ba, ba * cb, population.truncation, candidates, counts, no_map)
-    else:
-        support_map = mesh_map(population.meshes, shape - FIRST_MESH)
-        body = mesh_body(population.meshes, shape - FIRST_MESH, candidates, counts, support_map)
-    place_before_impact(condition, body, motion)
-    initial = 0.5 + rotational_energy(body.moments, motion)
-    status, collisions, taken = rebound(law, condition, body, motion, work, audit)
-    translational = 0.5 * (motion[U] ** 2 + motion[V] ** 2 + motion[W] ** 2) / initial
-    rotational = rotational_energy(body.moments, motion) / initial
-    energies = translational, rotational, taken[0] / initial, taken[1] / initial
-    return status, collisions, departing_spin(body.moments, condition.instant, motion), energies
+def _sort_by_shape(shape_codes, grain, order, starts):
+    """Write the rows of the particles by the row of their shape, and where each shape begins."""
+    shapes = shape_codes.size
+    for row in range(shapes + 1):
+        starts[row] = 0
+    for row in range(shapes):
+        for i in range(grain.shape[0]):
+            starts[row + 1] += int(grain[i, 0] == shape_codes[row])
+        starts[row + 1] += starts[row]
+    for row in range(shapes):
+        place = starts[row]
+        for i in range(grain.shape[0]):
+            if grain[i, 0] == shape_codes[row]:
+                order[place] = i
+                place += 1
 
 
-@kernel
-def simulate_batch(law, population, conditions, keys, state, collisions, kind, energy, inertia):
-    """Simulate particles, WIDTH at a time; return the row of one that did not finish, or -1.
-
-    ``conditions`` (n, 10) or (1, 10) is the impact of each particle, or of all of them
-    (`tablegen.model.impacts`); ``keys`` are `ParticleKeys`. The other arrays are written:
-
-    - ``state`` (n, 6): velocities over V, angular velocities times a / V, wall axes;
-    - ``collisions`` (n,);
-    - ``kind`` (n, 3): shape code, with FIRST_MESH + k for mesh number k, b / a, c / b; if
-      ``keys.grain`` is empty, it is read and not written;
-    - ``energy`` (n, 2) or (n, 4): translational and rotational energy over the energy before the
-      impact, and the energies that the normal and the tangential impulses took;
-    - ``inertia`` (n,): about the spin of a particle as it leaves, over m a^2; 0 without spin.
-    """
-    axes = np.empty((state.shape[0], 6))
-    draw_particles(population, conditions, keys, axes, kind)
-    order, starts = _sorted_by_shape(kind, population.meshes.resolutions.size)
-    slots, no_map = make_slots(max(MAX_VERTICES, population.meshes.longest)), empty_map()
-    drawn, outcome = (axes, kind), (state, collisions, energy, inertia)
-    for number in range(starts.size - 1):
-        code = number if number < N_SHAPES else number - N_SHAPES + FIRST_MESH
-        members = order[starts[number] : starts[number + 1]]
-        unfinished = follow_particles(
-            law, population, conditions, drawn, code, no_map, members, slots, outcome
-        )
-        if unfinished >= 0:
-            return unfinished
-    return -1
-
-
-@kernel
-def simulate_audited(
-    law, population, conditions, keys, state, collisions, kind, energy, inertia, audit
+def simulate_rows(
+    reals, integers, n, alpha1, speed, spin, inertia, grain, index, hit, seed, values, codes
 ):
-    """Simulate as `simulate_batch`, one particle at a time, and check each collision and flight.
+    """Simulate one impact of each of n particles, WIDTH at a time.
 
-    ``audit`` (AUDIT_SIZE,) gets the largest violation of each law.
+    All arguments but ``n`` and ``seed`` are addresses of arrays: the packed model, the fields of
+    `Rows`, and what is written: ``values`` (n, RESULTS) as in `tablegen.model.lockstep`, and
+    ``codes`` (n,) int32. A particle whose rebound does not end has a code and no values.
     """
-    motion, axes = np.empty(MOTION_SIZE), np.empty((state.shape[0], 6))
-    draw_particles(population, conditions, keys, axes, kind)
-    candidates = np.zeros((max(MAX_VERTICES, population.meshes.longest), 3))
-    storage = candidates, np.zeros(1, dtype=np.int64), empty_map(), workspace()
-    for i in range(state.shape[0]):
-        condition = condition_of(conditions[i if conditions.shape[0] > 1 else 0])
-        for k in range(6):
-            motion[3 + k] = axes[i, k]
-        drawn = int(kind[i, 0]), kind[i, 1], kind[i, 2]
-        status, collisions[i], (spin, inertia[i]), energies = follow_particle(
-            law, population, condition, drawn, motion, storage, audit
-        )
-        if status != LEFT:
-            return i
-        state[i, 0], state[i, 1], state[i, 2] = motion[U], motion[V], motion[W]
-        state[i, 3], state[i, 4], state[i, 5] = spin
-        for k in range(energy.shape[1]):
-            energy[i, k] = energies[k]
-    return -1
+    law, population, numerics = _unpack_model(reals, integers)
+    rows = Rows(
+        array_at(alpha1, 0, (n,)),
+        array_at(speed, 0, (n,)),
+        array_at(spin, 0, (n, 3)),
+        array_at(inertia, 0, (n,)),
+        array_at(grain, 0, (n, 3)),
+        array_at(index, 0, (n,)),
+        array_at(hit, 0, (n,)),
+        seed,
+    )
+    prepared, order = stack_array((n, PREPARED)), stack_integers((n,))
+    starts = stack_integers((population.shape_codes.size + 1,))
+    slots = LaneSlots(
+        stack_array((MOTION_SIZE, WIDTH)),
+        stack_array((9, ORDER + 1, WIDTH)),
+        stack_array((PROPERTIES, WIDTH)),
+        stack_array((CONDITION_SIZE, WIDTH)),
+        stack_array((max(MAX_VERTICES, population.meshes.longest), 3, WIDTH)),
+        stack_integers((WIDTH,)),
+        stack_array((3, WIDTH)),
+        stack_array((RESULTS, WIDTH)),
+        stack_integers((WIDTH,)),
+    )
+    outcome = Outcome(array_at(values, 0, (n, RESULTS)), array_at(codes, 0, (n,)))
+    prepare_particles(population, rows, prepared)
+    _sort_by_shape(population.shape_codes, rows.grain, order, starts)
+    for row in range(population.shape_codes.size):
+        if starts[row] < starts[row + 1]:
+            members = order[starts[row] : starts[row + 1]]
+            code = population.shape_codes[row]
+            follow_particles(
+                law, population, numerics, rows, prepared, code, members, slots, outcome
+            )

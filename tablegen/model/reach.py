@@ -14,9 +14,9 @@ them the support function of the body.
 Units: lengths in a; moments of inertia in any unit. The bound is ours.
 """
 
-from tablegen.model.frames import dot
 from tablegen.model.jit import inline_kernel, no_refcount_kernel
 from tablegen.model.simd import maximum, minimum, select, sqrt
+from tablegen.model.vectors import dot
 
 #: Smallest divisor, so that quotients stay finite.
 _TINY = 1e-200

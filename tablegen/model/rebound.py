@@ -32,7 +32,6 @@ from tablegen.model.collision import energies_taken, energy_gain, impulse, mean_
 from tablegen.model.contact import contact_point, first_contact
 from tablegen.model.contact_laws import COULOMB, resistance, restitution, tabulated_resistance
 from tablegen.model.coulomb import Ending, coulomb_impulse
-from tablegen.model.frames import cross
 from tablegen.model.impacts import translates
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.reach import tumbling_reach
@@ -60,6 +59,7 @@ from tablegen.model.simd import (
     store_three,
 )
 from tablegen.model.sliding import Friction
+from tablegen.model.vectors import cross
 
 MOTION_SIZE = 13
 U, V, W, HEIGHT = 9, 10, 11, 12

@@ -16,7 +16,6 @@ the same equations by small steps.
 """
 
 from tablegen.model.elementary import exponential, logarithm, sine_and_cosine
-from tablegen.model.frames import combine, cross, dot
 from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refcount_kernel
 from tablegen.model.simd import (
     any_lane,
@@ -32,6 +31,7 @@ from tablegen.model.simd import (
     store,
     store_three,
 )
+from tablegen.model.vectors import combine, cross, dot
 
 #: Order of the series.
 ORDER = 12

@@ -64,12 +64,6 @@ class SupportMap(NamedTuple):
 NO_MAP = SupportMap(0, math.inf, np.zeros(1, dtype=np.int64), np.empty((0, 3)))
 
 
-@kernel
-def empty_map():
-    """Make a copy of `NO_MAP`, with arrays that a kernel may pass on."""
-    return SupportMap(0, np.inf, np.zeros(1, dtype=np.int64), np.empty((0, 3)))
-
-
 def longest_list(support_map: SupportMap) -> int:
     """Count the vertices in the longest list of a map."""
     return int(np.diff(support_map.starts).max())
@@ -158,6 +152,18 @@ class MeshArguments(NamedTuple):
     points: np.ndarray
 
 
+class ShapeArguments(NamedTuple):
+    """The shapes of a population as kernels take them.
+
+    ``shape_codes`` (n,) int64, `FIRST_MESH` + k of mesh k; ``truncation``: fraction of each
+    half-edge at which a truncated prism's corners are cut; ``meshes``: `MeshArguments`.
+    """
+
+    shape_codes: np.ndarray
+    truncation: float
+    meshes: MeshArguments
+
+
 @inline_kernel
 def _truncated_moment(truncation):
     """Compute <x^2> / a^2 of a prism whose corners are cut at a fraction f of each half-edge."""
@@ -235,11 +241,15 @@ def shaped_body(shape, b, c, truncation, vertices, counts, no_map):
 
 
 @no_refcount_inline_kernel
-def mesh_map(meshes, i):
-    """Make the support map of mesh number ``i`` of a population (`MeshArguments`).
+def population_map(population, code):
+    """Make the support map of a shape of a population; it is empty but for meshes.
 
     Only kernels that count no references may call it. The caller keeps the arrays alive.
     """
+    meshes = population.meshes
+    if code < FIRST_MESH:
+        return SupportMap(0, math.inf, meshes.starts[:0], meshes.points[:0])
+    i = code - FIRST_MESH
     first, end = meshes.firsts[i], meshes.firsts[i + 1]
     return SupportMap(
         meshes.resolutions[i],

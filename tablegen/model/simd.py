@@ -21,7 +21,6 @@ that of WIDTH particles (13, WIDTH). `load` and `store` read and write an entry 
 import operator
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core.errors import TypingError
@@ -362,15 +361,6 @@ def store_lane(typingctx, array, index, number_of_lane, value):
         return context.get_dummy_value()
 
     return types.void(array, where, types.intp, types.float64), generate
-
-
-@inline_kernel
-def lane_array(rows):
-    """Make an array of lanes, (rows, WIDTH) float64, aligned to vector registers."""
-    line = 64
-    memory = np.empty(rows * WIDTH + line // 8)
-    skip = (-memory.ctypes.data % line) // 8
-    return memory[skip : skip + rows * WIDTH].reshape(rows, WIDTH)
 
 
 @inline_kernel

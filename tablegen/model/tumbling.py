@@ -19,11 +19,10 @@ Source: Landau & Lifshitz, Mechanics, section 37.
 
 import math
 
-import numpy as np
-
 from tablegen.model.elementary import sine_and_cosine
-from tablegen.model.frames import combine, cross, perpendicular, unit
 from tablegen.model.jit import inline_kernel, kernel
+from tablegen.model.memory import stack_array
+from tablegen.model.vectors import combine, cross, perpendicular, unit
 
 #: Share of the largest moment of inertia by which the moments of a round grain may differ.
 ROUND = 1e-9
@@ -52,7 +51,7 @@ def jacobi(turn, complement):
     sine, cosine = sine_and_cosine(turn)
     if sine == 0.0:
         return 0.0, cosine, 1.0
-    means = np.empty((_MEANS, 2))
+    means = stack_array((_MEANS, 2))
     a, b = 1.0, math.sqrt(complement)
     for k in range(_MEANS):
         means[k, 0], means[k, 1] = a, b

@@ -10,9 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.errors import OK
+from sampler.library import Rows
 from tablegen.model.float_array import FloatArray
-from tablegen.model.model_bounds import HALF_SIZE, MOST_TURNED, SPEED
-from tablegen.simulation.direct import DirectModel
+from tablegen.model.model_bounds import MOST_TURNED, SPEED
+from tablegen.simulation.direct_law import DirectLaw, simulate_impacts
 
 #: Angles [rad] at which walls of any direction are met.
 ANY_ANGLES = (np.radians(5.0), np.radians(85.0))
@@ -69,35 +71,15 @@ def energy_factor(spin: FloatArray, inertia: FloatArray) -> FloatArray:
 
 
 def simulate_departures(
-    model: DirectModel, impacts: Impacts, seed: int, threads: int | None = None
+    law: DirectLaw, impacts: Impacts, seed: int, threads: int | None = None
 ) -> Departures:
     """Simulate impacts of given grains directly."""
-    works = np.empty((len(impacts.index), 2))
-    turning = impacts.speed[:, None] / HALF_SIZE  # V/a
-    # the wall axes are those of the lab; at exactly normal impact `rebound` draws the axis x, which
-    # changes nothing because the law is then symmetric about the normal
-    after = model.rebound(
-        impacts.speed[:, None] * _directions_towards_wall(impacts.alpha1),
-        np.array([0.0, 1.0, 0.0]),
-        HALF_SIZE,
-        omega=impacts.spin * turning,
-        inertia=impacts.inertia,
-        seed=seed,
-        index=impacts.index,
-        hit=impacts.hit,
-        grain=impacts.grain,
-        threads=threads,
-        works=works,
-    )
-    states = np.hstack([after.velocity / impacts.speed[:, None], after.omega / turning])
-    over = works / (0.5 * np.square(impacts.speed)[:, None])
-    return Departures(impacts, states, after.inertia, over)
-
-
-def _directions_towards_wall(alpha1: FloatArray) -> FloatArray:
-    """Make unit vectors of velocities that meet the wall y = 0 at some angles, (n, 3)."""
-    sine = np.minimum(np.sin(alpha1), 1.0)
-    return np.column_stack([np.sqrt(1.0 - sine * sine), -sine, np.zeros(len(alpha1))])
+    names = ("alpha1", "speed", "spin", "inertia", "grain", "index", "hit")
+    arrays = {name: np.ascontiguousarray(getattr(impacts, name)) for name in names}
+    run = simulate_impacts(law, Rows(len(impacts.index), seed, arrays, fresh=False), threads)
+    if (run.codes < OK).any():
+        raise RuntimeError(f"the particle in row {(run.codes < OK).argmax()} does not leave a wall")
+    return Departures(impacts, run.variables[:, :6], run.inertia, run.variables[:, 8:])
 
 
 def next_impacts(

@@ -6,27 +6,23 @@ Results do not depend on the number of threads.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sampler.arguments import as_integer
-from sampler.errors import InputError
-from sampler.library import processors
-from tablegen.config.config import Config
+from sampler.errors import OK, InputError
+from sampler.library import Rows, grains, processors
+from tablegen.config.config import Config, ModelSettings
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.model import model_bounds as bounds
-from tablegen.model.audit import AUDIT_SIZE
-from tablegen.model.elementary import cosine_and_sine
-from tablegen.model.float_array import FloatArray
-from tablegen.model.impacts import Condition, condition_row, impact_condition
-from tablegen.model.particle_run import simulate_audited, simulate_batch
-from tablegen.model.random_particles import keys_of_run
+from tablegen.model.coulomb import PIECE_ALARM
+from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.parallel import in_slices
 from tablegen.progress import bar
-from tablegen.simulation.failures import first_not_finite, unfinished_error
+from tablegen.simulation.direct_law import DirectLaw, DirectParts, simulate_impacts
 
 #: Default resolution of sustained contact, and truncation of the flight series.
 #: tests/benchmarks/bench_error.py measures their costs and errors.
@@ -35,6 +31,9 @@ TOLERANCE = 1e-10
 
 #: Relative error of an angle by conversion to radians and back.
 _ROUNDING = 1e-15
+
+#: Places of the energy of rotation, the collisions and the works among the variables.
+_ROTATION, _COLLISIONS, _WORKS = 6, 7, slice(8, 10)
 
 
 @dataclass(frozen=True)
@@ -50,8 +49,8 @@ class Simulation:
     collisions : int64 array, shape (n,)
         Number of collisions of each rebound.
     shape : int64 array, shape (n,)
-        Shape codes: 0 ellipsoid, 1 prism, 2 truncated prism, 3 tetrahedron, 4 sphere;
-        64 + k is mesh number k of the population.
+        Shape codes: 0 ellipsoid, 1 prism, 2 truncated prism, 3 tetrahedron, 4 sphere; the first
+        mesh of the population has `sampler.formats.shape_codes.FIRST_MESH`.
     aspect : float64 array, shape (n, 2)
         The ratios b / a and c / b.
     energy : float64 array, shape (n, 2)
@@ -62,8 +61,6 @@ class Simulation:
         of the flights.
     inertia : float64 array, shape (n,)
         Inertia about the spin after the rebound, over m a^2; 0 for particles without spin.
-    audit : float64 array, shape (7,) or (0,)
-        Largest violation of each law (`tablegen.model.audit`); empty if the run was not audited.
     """
 
     state: NDArray[np.float64]
@@ -73,37 +70,18 @@ class Simulation:
     energy: NDArray[np.float64]
     work: NDArray[np.float64]
     inertia: NDArray[np.float64]
-    audit: NDArray[np.float64]
-
-    @classmethod
-    def from_arrays(
-        cls,
-        state: FloatArray,
-        collisions: NDArray[np.int64],
-        kind: FloatArray,
-        energies: FloatArray,
-        inertia: FloatArray,
-        audit: FloatArray,
-    ) -> "Simulation":
-        """Make the record of the arrays that the kernels wrote."""
-        return cls(
-            state=state,
-            collisions=collisions,
-            shape=kind[:, 0].astype(np.int64),
-            aspect=kind[:, 1:],
-            energy=energies[:, :2],
-            work=energies[:, 2:],
-            inertia=inertia,
-            audit=audit,
-        )
 
 
-class NotFiniteError(RuntimeError):
-    """A particle with a state or energy that is not finite; `simulation` has all particles."""
+class ImpactCondition(NamedTuple):
+    """Impact condition and numerical parameters, checked; see `make_condition`."""
 
-    def __init__(self, particle: int, seed: int, stream: int, simulation: Simulation) -> None:
-        super().__init__(f"particle {particle} of seed {seed}, stream {stream} is not finite")
-        self.simulation = simulation
+    alpha1: float
+    speed: float
+    spin: tuple[float, float, float]
+    inertia: float
+    numerics: ModelSettings
+    #: Whether angular velocities after the impact are those at the instant of departure.
+    instant: bool
 
 
 def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
@@ -115,12 +93,12 @@ def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
     raise bounds.ALPHA_DEG.refusal(name, alpha1 if math.isnan(degrees) else degrees)
 
 
-def _check_spin(spin: Sequence[float], alpha1: float, sine: float) -> tuple[float, float, float]:
+def _check_spin(spin: Sequence[float], alpha1: float) -> tuple[float, float, float]:
     """Return the spin before an impact; raise `InputError` if it is out of bounds."""
     if np.shape(spin) != (3,):
         raise InputError("spin", bounds.argument_text(spin), "three numbers")
     x, y, z = (bounds.SPIN.checked("spin", part) for part in spin)
-    size, most = math.hypot(x, y, z), 0.5 * bounds.MOST_TURNED * sine
+    size, most = math.hypot(x, y, z), 0.5 * bounds.MOST_TURNED * math.sin(alpha1)
     if size > most:
         raise InputError(
             "spin",
@@ -139,8 +117,8 @@ def make_condition(
     tolerance: float = TOLERANCE,
     omega: str = "mean",
     inertia: float = 0.0,
-) -> Condition:
-    """Check an impact condition and convert it to the form that kernels take.
+) -> ImpactCondition:
+    """Check an impact condition.
 
     The arguments are those of `simulate`, with the smallest rebound speed of a contact over V and
     the truncation of the flight series. Raises `InputError` for an argument outside of the bounds
@@ -149,11 +127,12 @@ def make_condition(
     alpha1 = check_impact_angle(alpha1)
     speed = bounds.SPEED.checked("speed", speed)
     resolution = bounds.CONTACT_RESOLUTION.checked("contact_resolution", resolution)
-    tolerance = bounds.TOLERANCE.checked("tolerance", tolerance)
-    cosine, sine = cosine_and_sine(alpha1)
-    numerics = resolution, tolerance, float(omega == "departure")
+    numerics = ModelSettings(
+        contact_resolution=resolution, tolerance=bounds.TOLERANCE.checked("tolerance", tolerance)
+    )
     inertia = bounds.INERTIA.checked("inertia", inertia)
-    return impact_condition(cosine, sine, speed, _check_spin(spin, alpha1, sine), inertia, numerics)
+    turning = _check_spin(spin, alpha1)
+    return ImpactCondition(alpha1, speed, turning, inertia, numerics, omega == "departure")
 
 
 def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
@@ -169,49 +148,72 @@ def check_run(count: int, seed: int, stream: int, threads: int | None) -> int:
 def simulate_condition(
     pair: MaterialPair,
     population: Population,
-    condition: Condition,
+    condition: ImpactCondition,
     count: int,
     *,
     seed: int,
     stream: int = 0,
     threads: int | None = None,
     progress: bool = False,
-    audited: bool = False,
 ) -> Simulation:
     """Simulate rebounds as `simulate` does, without a configuration.
 
-    The condition comes from `make_condition`. An audited run checks each collision and flight
-    against its laws, and takes about twice as long.
+    The condition comes from `make_condition`.
     """
     workers = check_run(count, seed, stream, threads)
-    state, collisions = np.empty((count, 6)), np.empty(count, dtype=np.int64)
-    # columns: shape and aspect ratios; both parts of energy and of work
-    kind, energies, inertia = np.empty((count, 3)), np.empty((count, 4)), np.empty(count)
-    audit = np.zeros(AUDIT_SIZE if audited else 0)
-    law = pair.kernel_arguments(population.only_spheres)
-    model = law, population.kernel_arguments(), condition_row(condition)
-
-    def work(part: slice) -> NDArray[np.float64]:
-        n, violations = part.stop - part.start, np.zeros(audit.size)
-        keys = keys_of_run(seed, stream, part.start, n)
-        arrays = keys, state[part], collisions[part], kind[part], energies[part], inertia[part]
-        if audited:
-            stuck = simulate_audited(*model, *arrays, violations)
-        else:
-            stuck = simulate_batch(*model, *arrays)
-        if stuck >= 0:
-            raise unfinished_error(f"particle {part.start + stuck} of seed {seed}, stream {stream}")
-        return violations
-
+    law = DirectLaw(
+        DirectParts.from_parts(pair, population, condition.numerics, instant=condition.instant)
+    )
+    parts = []
     with bar(progress, "rebound", total=count, unit_scale=True, desc="simulating") as counted:
-        for part, violations in in_slices(work, count, workers):
-            np.maximum(audit, violations, out=audit)
+        work = lambda part: _simulate_slice(law, condition, part, seed, stream)  # noqa: E731
+        for part, simulation in in_slices(work, count, workers):
+            parts.append(simulation)
             counted.update(part.stop - part.start)
-    result = Simulation.from_arrays(state, collisions, kind, energies, inertia, audit)
-    bad = first_not_finite(state, energies)
-    if bad >= 0:
-        raise NotFiniteError(bad, seed, stream, result)
-    return result
+    return _joined(parts)
+
+
+def _simulate_slice(
+    law: DirectLaw, condition: ImpactCondition, part: slice, seed: int, stream: int
+) -> Simulation:
+    """Simulate the particles of a slice; raise `RuntimeError` if one does not leave the wall."""
+    index, hit = np.arange(part.start, part.stop, dtype=np.uint64), np.array([stream], np.uint32)
+    arrays = {
+        "alpha1": np.array([condition.alpha1]),
+        "speed": np.array([condition.speed]),
+        "spin": np.array([condition.spin]),
+        "inertia": np.array([condition.inertia]),
+        "index": index,
+        "hit": hit,
+    }
+    run = simulate_impacts(law, Rows(index.size, seed, arrays, fresh=True), threads=1)
+    if (run.codes < OK).any():
+        stuck = part.start + int((run.codes < OK).argmax())
+        raise RuntimeError(
+            f"particle {stuck} of seed {seed}, stream {stream} is still in contact after "
+            f"{COLLISION_ALARM:,} collisions, or {PIECE_ALARM:,} pieces of one; a larger "
+            "contact_resolution ends a chain of collisions"
+        )
+    kind, variables = grains(law, seed, index, index.size, hit), run.variables
+    before = run.energy_before[:, None]
+    moving = np.square(variables[:, :3]).sum(axis=1, keepdims=True)
+    return Simulation(
+        state=variables[:, :6],
+        collisions=variables[:, _COLLISIONS].astype(np.int64),
+        shape=kind[:, 0].astype(np.int64),
+        aspect=kind[:, 1:],
+        energy=np.hstack([moving / before, variables[:, _ROTATION, None]]),
+        work=variables[:, _WORKS] / before,
+        inertia=run.inertia,
+    )
+
+
+def _joined(parts: list[Simulation]) -> Simulation:
+    """Put the particles of slices one after another."""
+    names = Simulation.__dataclass_fields__
+    return Simulation(
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    )
 
 
 def simulate(

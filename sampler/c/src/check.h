@@ -126,10 +126,10 @@ static int rbti_components_are_valid(const rbt_table *table, uint64_t nodes)
 }
 
 /* Whether every path through a tree ends in a leaf: it does if children come after their parents. */
-static int rbti_trees_are_valid(const rbt_spin_law *law)
+static int rbti_trees_are_valid(const rbt_spin_law *law, int32_t n_shapes)
 {
     int holds = 1;
-    for (int32_t k = 0; k < law->n_shapes && law->roots; k++)
+    for (int32_t k = 0; k < n_shapes && law->roots; k++)
         holds &= law->roots[k] >= 0 && law->roots[k] < law->n_nodes;
     for (int32_t k = 0; k < 2 * law->n_nodes; k++) {
         const int32_t child = law->node_child[k];
@@ -169,7 +169,7 @@ static int rbti_check_indices(const rbt_table *table, const rbti_header *h)
     RBTI_REQUIRE(rbti_axis_is_valid(&table->alpha) && rbti_axis_is_valid(&table->speed),
                  RBT_ERR_INDICES);
     RBTI_REQUIRE(rbti_components_are_valid(table, rbti_nodes(h)), RBT_ERR_INDICES);
-    RBTI_REQUIRE(rbti_trees_are_valid(&table->spin), RBT_ERR_INDICES);
+    RBTI_REQUIRE(rbti_trees_are_valid(&table->spin, table->population.n_shapes), RBT_ERR_INDICES);
     RBTI_REQUIRE(!table->laws || rbti_laws_are_valid(table->laws, table->n_law_parameters),
                  RBT_ERR_INDICES);
     return RBT_OK;

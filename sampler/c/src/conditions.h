@@ -67,14 +67,14 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_
 }
 
 /* The smallest and the largest moment of inertia of each grain, over m a^2. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_spin_law *law,
+RBTI_INLINE RBT_DEVICE void rbti_fill_moments(size_t m, const rbt_population *population,
                                               rbti_spin_draws *d)
 {
     const double *b_a = d->inputs + RBTI_IN_B_A * m, *c_b = d->inputs + RBTI_IN_C_B * m;
     double g1[RBTI_BLOCK] RBTI_ALIGNED, g3[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r) {
-        g1[r] = law->shape_inertia[2 * d->shape[r]];
-        g3[r] = law->shape_inertia[2 * d->shape[r] + 1];
+        g1[r] = population->shape_inertia[2 * d->shape[r]];
+        g3[r] = population->shape_inertia[2 * d->shape[r] + 1];
     }
     RBTI_EACH_DRAW(r) {
         const double b = b_a[r] * b_a[r], most = g1[r] * (1.0 + b);
@@ -167,7 +167,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
     const rbt_spin_law *law = &table->spin;
     double effective[RBTI_BLOCK] RBTI_ALIGNED, *inputs = d->inputs;
     int inertia_is_beyond[RBTI_BLOCK] RBTI_ALIGNED;
-    rbti_fill_moments(m, law, d);
+    rbti_fill_moments(m, &table->population, d);
     rbti_fill_inertia(m, law, d, inertia_is_beyond);
     RBTI_EACH_DRAW(r) {
         const double x = d->spin[r], y = d->spin[m + r], z = d->spin[2 * m + r];

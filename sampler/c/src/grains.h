@@ -91,43 +91,43 @@ RBTI_INLINE RBT_DEVICE const double *rbti_vector_of(const double *vectors, size_
     return vectors ? vectors + 3 * k : NULL;
 }
 
-/* Row of a shape among the shapes of the law; n_shapes if the law does not have it. */
-RBTI_INLINE RBT_DEVICE int32_t rbti_row_of_shape(const rbt_spin_law *law, double code)
+/* Row of a shape among the shapes of a population; n_shapes if it does not have the shape. */
+RBTI_INLINE RBT_DEVICE int32_t rbti_row_of_shape(const rbt_population *population, double code)
 {
     int32_t row = 0;
-    while (row < law->n_shapes && (double)law->shape_codes[row] != code)
+    while (row < population->n_shapes && (double)population->shape_codes[row] != code)
         row++;
     return row;
 }
 
-/* Whether a grain has a shape of the law, and ratios between those that were simulated. */
-RBTI_INLINE RBT_DEVICE int rbti_grain_is_known(const rbt_spin_law *law, const double grain[3])
+/* Whether a grain has a shape of the population, and ratios between those that were simulated. */
+RBTI_INLINE RBT_DEVICE int rbti_grain_is_known(const rbt_population *population, const double grain[3])
 {
-    const int32_t row = rbti_row_of_shape(law, grain[0]);
-    if (row == law->n_shapes || !rbti_finite(grain[1]) || !rbti_finite(grain[2]))
+    const int32_t row = rbti_row_of_shape(population, grain[0]);
+    if (row == population->n_shapes || !rbti_finite(grain[1]) || !rbti_finite(grain[2]))
         return 0;
-    const double *range = law->ratio_range + 4 * row;
+    const double *range = population->ratio_range + 4 * row;
     return !(rbti_is_outside(grain[1], range[0], range[1]) |
              rbti_is_outside(grain[2], range[2], range[3]));
 }
 
 /* Take the grains that the caller prescribes. A block that is not full repeats its last grain. */
-RBTI_INLINE RBT_DEVICE void rbti_take_grains(size_t m, const rbt_spin_law *law,
+RBTI_INLINE RBT_DEVICE void rbti_take_grains(size_t m, const rbt_population *population,
                                              const double *prescribed, size_t count, int32_t *shapes,
                                              double *ratios)
 {
     RBTI_EACH_DRAW(r) {
         const double *grain = prescribed + 3 * (r < count ? r : count - 1);
         /* a row whose grain is not known has an error, and takes a grain that can be drawn */
-        const int is_known = rbti_grain_is_known(law, grain);
-        shapes[r] = is_known ? rbti_row_of_shape(law, grain[0]) : 0;
+        const int is_known = rbti_grain_is_known(population, grain);
+        shapes[r] = is_known ? rbti_row_of_shape(population, grain[0]) : 0;
         ratios[r] = is_known ? rbti_bounded(grain[1], RBTI_LEAST_RATIO, 1.0) : 1.0;
         ratios[m + r] = is_known ? rbti_bounded(grain[2], RBTI_LEAST_RATIO, 1.0) : 1.0;
     }
 }
 
 /* Grains of a seed, from random words that no draw takes. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_spin_law *law, uint64_t seed,
+RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_population *population, uint64_t seed,
                                              int fresh, const uint64_t *index,
                                              const uint32_t *hit, size_t count, int32_t *shapes,
                                              double *ratios)
@@ -139,17 +139,17 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_grains(size_t m, const rbt_spin_law *law, 
     for (uint32_t block = 0; block < 2; block++)
         rbti_fill_words(m, block, seed ^ RBTI_SIMULATION_KEY, index, hits, count,
                         words + 4 * block * m);
-    rbti_fill_ratios(m, law->aspect, words, ratios);
-    rbti_fill_ratios(m, law->aspect + 4, words + m, ratios + m);
+    rbti_fill_ratios(m, population->aspect, words, ratios);
+    rbti_fill_ratios(m, population->aspect + 4, words + m, ratios + m);
     RBTI_EACH_DRAW(r) {
         const double u = rbti_uniform(words[5 * m + r]);
         int32_t row = 0;
-        for (int32_t k = 0; k < law->n_shapes - 1; k++)
-            row += u >= law->shape_shares[k];
+        for (int32_t k = 0; k < population->n_shapes - 1; k++)
+            row += u >= population->shape_shares[k];
         shapes[r] = row;
-        if (law->shape_ratios[2 * row] > 0.0) {
-            ratios[r] = law->shape_ratios[2 * row];
-            ratios[m + r] = law->shape_ratios[2 * row + 1];
+        if (population->shape_ratios[2 * row] > 0.0) {
+            ratios[r] = population->shape_ratios[2 * row];
+            ratios[m + r] = population->shape_ratios[2 * row + 1];
         }
     }
 }
@@ -159,15 +159,15 @@ RBT_API RBT_DEVICE int rbt_grains(const rbt_table *table, size_t n, uint64_t see
 {
     if (!table || !index || !grains)
         return RBT_ERR_MISSING;
-    if (table->spin.n_shapes == 0)
+    if (table->population.n_shapes == 0)
         return RBT_ERR_NO_SPIN_LAW;
     for (size_t k = 0; k < n; k++) {
         const uint32_t zero = 0;
         int32_t shape[RBTI_BLOCK];
         double ratios[2 * RBTI_BLOCK];
-        rbti_fill_grains(1, &table->spin, seed, hit != NULL, index + k, hit ? hit + k : &zero, 1,
+        rbti_fill_grains(1, &table->population, seed, hit != NULL, index + k, hit ? hit + k : &zero, 1,
                          shape, ratios);
-        grains[3 * k] = (double)table->spin.shape_codes[shape[0]];
+        grains[3 * k] = (double)table->population.shape_codes[shape[0]];
         grains[3 * k + 1] = ratios[0];
         grains[3 * k + 2] = ratios[1];
     }

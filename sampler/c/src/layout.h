@@ -72,12 +72,13 @@ typedef struct rbti_header {
        2, 0)                                                                                       \
     DO(quantiles, quantiles, uint16_t, h->n_alpha, rbti_cells(h), (uint64_t)h->n_classes *         \
        h->n_marginals * h->n_knots * 4, 0)                                                         \
-    DO(shape_codes, spin.shape_codes, int32_t, h->n_shapes, h->n_shapes, 1, 0)                     \
-    DO(shape_shares, spin.shape_shares, double, h->n_shapes, h->n_shapes, 1, 0)                    \
-    DO(shape_ratios, spin.shape_ratios, double, h->n_shapes, h->n_shapes, (uint64_t)2, 0)          \
-    DO(ratio_range, spin.ratio_range, double, h->n_shapes, h->n_shapes, (uint64_t)2 * 2, 0)        \
-    DO(shape_geometry, spin.shape_geometry, double, h->n_shapes, h->n_shapes, (uint64_t)4, 0)      \
-    DO(shape_inertia, spin.shape_inertia, double, h->n_leaves, h->n_shapes, (uint64_t)2, 0)        \
+    DO(shape_codes, population.shape_codes, int32_t, h->n_shapes, h->n_shapes, 1, 0)               \
+    DO(shape_shares, population.shape_shares, double, h->n_shapes, h->n_shapes, 1, 0)              \
+    DO(shape_ratios, population.shape_ratios, double, h->n_shapes, h->n_shapes, (uint64_t)2, 0)    \
+    DO(ratio_range, population.ratio_range, double, h->n_shapes, h->n_shapes, (uint64_t)2 * 2, 0)  \
+    DO(shape_geometry, population.shape_geometry, double, h->n_shapes, h->n_shapes, (uint64_t)4,   \
+       0)                                                                                          \
+    DO(shape_inertia, population.shape_inertia, double, h->n_leaves, h->n_shapes, (uint64_t)2, 0)  \
     DO(kappa_quantiles, spin.kappa_quantiles, double, h->n_leaves, h->n_shapes, (uint64_t)33, 0)   \
     DO(roots, spin.roots, int32_t, h->n_leaves, h->n_shapes, 1, 0)                                 \
     DO(node_axis, spin.node_axis, int8_t, h->n_leaves, h->n_nodes, 1, 0)                           \

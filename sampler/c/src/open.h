@@ -130,12 +130,18 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_CASCADE_NOT_ENDED,
          "the particle hit facet after facet of the rough wall and did "
          "not leave it"},
+        {RBT_ERR_REBOUND_NOT_ENDED, "the simulated particle did not leave the wall; a larger "
+         "contact_resolution ends a chain of collisions"},
         {RBT_ERR_NO_SPIN_LAW, "the table has no spin law; ask for fresh grains that arrive "
          "without spin"},
         {RBT_ERR_GRAIN_NOT_KNOWN, "the table was not made for this grain: a shape, b/a or c/b is "
          "not one of its population"},
         {RBT_ERR_NO_WORKS, "the table does not have the energies that impulses take "
          "(works)"},
+        {RBT_ERR_DIRECT_VERSION, "the object of direct simulation was made for another version "
+         "of this header; write it again: tablegen export-direct"},
+        {RBT_ERR_DIRECT_PAIR, "the object of direct simulation is of another material pair "
+         "than the table, or lacks a shape of its grains"},
         {RBT_ERR_NOT_OPENED, "the file does not exist, or may not be read"},
         {RBT_ERR_NOT_READ, "the file cannot be read; it must be a regular file, not a "
          "folder, pipe or device"},

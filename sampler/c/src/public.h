@@ -126,22 +126,25 @@ extern "C" {
 #define RBT_ERR_NORMAL_NOT_USABLE (-5)
 #define RBT_ERR_HALF_SIZE (-6)
 #define RBT_ERR_ROUGHNESS_NOT_USABLE (-7)
-#define RBT_ERR_CASCADE_NOT_ENDED (-9)
+#define RBT_ERR_CASCADE_NOT_ENDED (-8)
+#define RBT_ERR_REBOUND_NOT_ENDED (-9)
 #define RBT_ERR_NO_SPIN_LAW (-10)
 #define RBT_ERR_GRAIN_NOT_KNOWN (-11)
 #define RBT_ERR_NO_WORKS (-12)
-#define RBT_ERR_NOT_OPENED (-20)
-#define RBT_ERR_NOT_READ (-21)
-#define RBT_ERR_NO_MEMORY (-22)
-#define RBT_ERR_BIG_ENDIAN (-23)
-#define RBT_ERR_FORMAT (-24)
-#define RBT_ERR_VERSION (-25)
-#define RBT_ERR_SIZE (-26)
-#define RBT_ERR_CHECKSUM (-27)
-#define RBT_ERR_DIMENSIONS (-28)
-#define RBT_ERR_NAMES (-29)
-#define RBT_ERR_OFFSETS (-30)
-#define RBT_ERR_INDICES (-31)
+#define RBT_ERR_DIRECT_VERSION (-13)
+#define RBT_ERR_DIRECT_PAIR (-14)
+#define RBT_ERR_NOT_OPENED (-15)
+#define RBT_ERR_NOT_READ (-16)
+#define RBT_ERR_NO_MEMORY (-17)
+#define RBT_ERR_BIG_ENDIAN (-18)
+#define RBT_ERR_FORMAT (-19)
+#define RBT_ERR_VERSION (-20)
+#define RBT_ERR_SIZE (-21)
+#define RBT_ERR_CHECKSUM (-22)
+#define RBT_ERR_DIMENSIONS (-23)
+#define RBT_ERR_NAMES (-24)
+#define RBT_ERR_OFFSETS (-25)
+#define RBT_ERR_INDICES (-26)
 #define RBT_OUTSIDE 7 /* RBT_ANGLE, RBT_SPEED or RBT_SPIN: outside the table */
 /* codes of shapes */
 enum { RBT_ELLIPSOID, RBT_PRISM, RBT_TRUNCATED_PRISM, RBT_TETRAHEDRON, RBT_SPHERE,
@@ -335,6 +338,32 @@ RBT_API RBT_MUST_USE RBT_DEVICE int rbt_grains(const rbt_table *table, size_t n,
                                                const uint64_t *index, const uint32_t *hit,
                                                double *grains);
 
+#if !defined(RBT_DEVICE_ONLY) && !defined(RBTI_GPU)
+#define RBTI_DIRECT 1
+
+/* -- direct simulation ----------------------------------------------------------------------------
+
+   `tablegen export-direct PAIR` writes an object file, rebound_direct.o, which simulates rebounds, and a
+   header, rebound_direct.h, which declares it as `rebound_direct`. Link the object, and say
+
+       code = rbt_use_direct(table, &rebound_direct);
+
+   From then on rbt_sample and rbt_rebound of this table simulate each rebound in place of a draw. The
+   object needs libc and libm. It allocates nothing, has no global state, and may be used by any number of
+   threads. A call with many rows keeps some 400 kB on the stack; define RBT_DIRECT_ROWS to keep less, and
+   simulate a little slower. Not for GPUs. */
+
+/* The law of direct simulation of a material pair, in an object file. */
+typedef struct rbt_direct_law rbt_direct_law;
+
+/* Let a table simulate, in place of its law. Grains, the range of the table and its extrapolation become
+   those of direct simulation; the law must outlive the table. RBT_OK, RBT_ERR_MISSING,
+   RBT_ERR_DIRECT_VERSION or RBT_ERR_DIRECT_PAIR, after which the table draws as before. Draws of a table
+   that simulates also give RBT_ERR_REBOUND_NOT_ENDED. */
+RBT_API RBT_MUST_USE int rbt_use_direct(rbt_table *table, const rbt_direct_law *law);
+
+#endif
+
 /* -- sizes and shapes of grains ------------------------------------------------------------------- */
 
 /* Sizes of grains, of shapes of the table; 0 for any other shape. */
@@ -484,17 +513,22 @@ typedef struct rbt_axis {
     const double *coordinate; /* Fractional numbers of nodes, [grid]. */
 } rbt_axis;
 
+/* The grains of the particles: shapes, and the laws of their ratios b/a and c/b. Units: tables/FORMAT.md. */
+typedef struct rbt_population {
+    int32_t n_shapes; /* 0: the grains of particles are not known, and there is no spin law. */
+    double aspect[8]; /* Laws of b/a and c/b: mean, deviation, lowest and highest probability. */
+    const int32_t *shape_codes;
+    const double *shape_shares, *shape_ratios, *ratio_range, *shape_geometry, *shape_inertia;
+} rbt_population;
+
 /* The spin law. Its arrays and their units are those of tables/FORMAT.md. */
 typedef struct rbt_spin_law {
-    int32_t n_shapes, n_nodes, n_leaves, n_knots, n_outcomes; /* 0 shapes: there is no spin law. */
+    int32_t n_nodes, n_leaves, n_knots, n_outcomes;
     double least_spin, most_spin; /* Squares of the sizes of the spin that it covers. */
     double alpha_first, alpha_last, speed_first, speed_last; /* Ends of the conditions of draws. */
     double speed_high; /* Largest effective speed V_e without a flag. */
     double speed_scale, speed_exponent; /* Of the coordinate of the speed, in units of speed_last. */
-    double aspect[8]; /* Laws of b/a and c/b: mean, deviation, lowest and highest probability. */
-    const int32_t *shape_codes;
-    const double *shape_shares, *shape_ratios, *ratio_range, *shape_inertia, *kappa_quantiles,
-        *shape_geometry;
+    const double *kappa_quantiles;
     const int32_t *roots;
     const int8_t *node_axis;
     const double *node_cut;
@@ -505,9 +539,39 @@ typedef struct rbt_spin_law {
     const uint16_t *quantiles;
 } rbt_spin_law;
 
+#ifdef RBTI_DIRECT
+
+/* Numbers that a simulation writes for each row: the variables of a state, the inertia about the spin,
+   and the energy before the impact over m V^2 / 2. */
+#define RBT_DIRECT_VALUES (RBT_VALUES + 2)
+
+/* Direct simulation, as `tablegen export-direct` writes it. */
+struct rbt_direct_law {
+    uint64_t version;         /* RBT_DIRECT_VERSION of the header that it is made for. */
+    rbt_population population;
+    double alpha1[2], speed[2]; /* Angles, rad, and speeds, m/s, that are simulated, {least, most}. */
+    double most_spin;         /* Largest size of the spin before the impact, V/a. */
+    double most_turned;       /* Largest angle turned before the first contact, 2 spin / sin(alpha1), rad. */
+    double valid_speed[2];    /* Speeds at which the pair was measured, m/s. */
+    const char *pair;         /* Name of the material pair. */
+    const double *reals;      /* Laws of contact, shapes and parameters, for `simulate`. */
+    const int64_t *integers;
+    void (*simulate)(const double *reals, const int64_t *integers, int64_t n, const double *alpha1,
+                     const double *speed, const double *spin, const double *inertia,
+                     const double *grain, const uint64_t *index, const uint32_t *hit,
+                     uint64_t seed, double *values, int32_t *codes);
+};
+#define RBT_DIRECT_VERSION 1
+
+#endif
+
 struct rbt_table {
     rbt_axis alpha, speed;
+    rbt_population population;
     rbt_spin_law spin;
+#ifdef RBTI_DIRECT
+    const rbt_direct_law *direct; /* If it is not NULL, rebounds are simulated. */
+#endif
     double valid_speed[2]; /* Speeds at which the pair was measured. */
     double least_inertia;  /* Smallest moment of inertia of a grain over m a^2. */
     double variate_max, variate_scale; /* Largest variate; knots for each unit of a variate. */

@@ -11,7 +11,7 @@ RBT_API RBT_DEVICE int rbt_covered(const rbt_table *table, rbt_range *range)
     range->alpha1[1] = table->alpha.high;
     range->speed[0] = table->speed.low;
     range->speed[1] = table->speed.high;
-    if (table->spin.n_shapes > 0) {
+    if (table->population.n_shapes > 0) {
         range->spin[0] = sqrt(table->spin.least_spin);
         range->spin[1] = sqrt(table->spin.most_spin);
     }
@@ -26,7 +26,7 @@ RBT_API RBT_DEVICE double rbt_highest_speed(const rbt_table *table)
 
 RBT_API RBT_DEVICE int rbt_has_spin_law(const rbt_table *table)
 {
-    return table && table->spin.n_shapes > 0;
+    return table && table->population.n_shapes > 0;
 }
 
 RBT_API RBT_DEVICE int rbt_variables(const rbt_table *table, int columns[RBT_VALUES])

@@ -21,7 +21,6 @@ static RBT_DEVICE void rbti_fill_axis(rbt_axis *axis, const double ends_origin_s
 /* Fill the numbers of the spin law. Without one they are 0. */
 static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *h)
 {
-    law->n_shapes = (int32_t)h->n_shapes;
     law->n_nodes = (int32_t)h->n_nodes;
     law->n_leaves = (int32_t)h->n_leaves;
     law->n_knots = (int32_t)h->n_spin_knots;
@@ -34,7 +33,6 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     law->speed_exponent = h->spin_coordinate[1];
     law->least_spin = h->spin_size[0] * h->spin_size[0];
     law->most_spin = h->spin_size[1] * h->spin_size[1];
-    memcpy(law->aspect, h->aspect, sizeof law->aspect);
 }
 
 /* Fill the numbers of a table, whose fields are 0. */
@@ -66,6 +64,8 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     }
     memcpy(table->valid_speed, h->valid_speed, sizeof table->valid_speed);
     table->least_inertia = h->least_inertia;
+    table->population.n_shapes = (int32_t)h->n_shapes;
+    memcpy(table->population.aspect, h->aspect, sizeof h->aspect);
     rbti_fill_spin_law(&table->spin, h);
     if (table->spheres || h->flags & RBTI_SPEED_INDEPENDENT) { /* any speed that is positive and finite */
         table->speed.low = RBTI_LEAST_ANY_SPEED;

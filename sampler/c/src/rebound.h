@@ -24,7 +24,7 @@ RBTI_INLINE RBT_DEVICE int rbti_takes_spin_law(const rbt_table *table, const rbt
                                                const rbti_wall_hit *wall_hit)
 {
     return !impacts->fresh || impacts->omega || impacts->grain ||
-           (wall_hit->is_rough && table->spin.n_shapes > 0);
+           (wall_hit->is_rough && table->population.n_shapes > 0);
 }
 
 /* Whether the caller asks for works, but the table has none. */
@@ -74,40 +74,69 @@ RBTI_INLINE RBT_DEVICE void rbti_write_result(int code, size_t n, size_t k, cons
                                                                : 0.0;
 }
 
-/* Write the results of row k from its drawn state, the inertia after it, and the code of the draw. On a
-   rough wall the particle may meet further facets first. Returns the code of the row. */
-RBTI_INLINE RBT_DEVICE int rbti_finish_row(const rbt_table *table, const rbt_impacts *impacts,
-                                           size_t k, uint64_t seed, rbti_wall_hit *wall_hit,
-                                           const double *state, double inertia, int code,
-                                           const rbt_rebounds *out)
+/* A particle after the bounces of a hit so far, relative to a rough wall or in the lab frame. */
+typedef struct rbti_rebounded {
+    double velocity[3], omega[3]; /* m/s, rad/s */
+    double inertia;               /* about omega, over m a^2 */
+    double works[2];              /* of all bounces, J/kg */
+    int code;                     /* an error, or the flags of all bounces */
+} rbti_rebounded;
+
+/* End bounce number `bounce` of a hit, whose state was drawn with a code. Returns whether the particle
+   meets a further facet; if it does not, `after` has its rebound. */
+RBTI_INLINE RBT_DEVICE int rbti_end_bounce(const rbti_wall_hit *wall_hit, uint32_t bounce, int code,
+                                           const double *state, double inertia, int has_works,
+                                           rbti_rebounded *after)
 {
-    double velocity[3], omega[3], works[2] = {0.0, 0.0}, *work = out->works ? works : NULL;
-    if (code >= RBT_OK) {
-        rbti_to_lab_frame(&wall_hit->impact, state, velocity, omega);
-        rbti_add_works(&wall_hit->impact, state, work);
+    if (code < RBT_OK) {
+        const int lost = bounce > 0 && code == RBT_ERR_NOT_APPROACHING;
+        after->code = lost ? RBT_ERR_CASCADE_NOT_ENDED : code;
+        return 0;
     }
-    if (code >= RBT_OK && wall_hit->is_rough) {
-        rbti_cascade *c = wall_hit->facets;
-        memcpy(c->velocity, velocity, sizeof velocity);
-        memcpy(c->angular_velocity, omega, sizeof omega);
-        c->inertia = inertia;
-        if (!rbti_has_left(c)) {
-            const rbti_grains grains = {rbti_vector_of(impacts->grain, k), seed, impacts->fresh};
-            const int further = rbti_meet_further_facets(table, c, seed, &grains,
-                                                         impacts->index[k], impacts->hit[k], work);
-            code = further == RBT_ERR_NOT_APPROACHING ? RBT_ERR_CASCADE_NOT_ENDED
-                   : further < RBT_OK                 ? further
-                                                      : code | further;
-        }
-        rbti_store_rebound(c, velocity, omega);
-        inertia = c->inertia;
+    rbti_to_lab_frame(&wall_hit->impact, state, after->velocity, after->omega);
+    rbti_add_works(&wall_hit->impact, state, has_works ? after->works : NULL);
+    after->inertia = inertia;
+    after->code |= code;
+    if (!wall_hit->is_rough)
+        return 0;
+    rbti_cascade *c = wall_hit->facets;
+    memcpy(c->velocity, after->velocity, sizeof c->velocity);
+    if (!rbti_has_left(c)) {
+        if (bounce + 1 < RBTI_MAX_BOUNCES)
+            return 1;
+        after->code = RBT_ERR_CASCADE_NOT_ENDED;
     }
-    rbti_write_result(code, 3, k, velocity, impacts->velocity, out->velocity);
-    rbti_write_result(code, 3, k, omega, impacts->omega, out->omega);
-    rbti_write_result(code, 1, k, &inertia, impacts->inertia, out->inertia);
+    for (int k = 0; k < 3; k++)
+        after->velocity[k] += c->wall[k];
+    return 0;
+}
+
+/* Seed of a bounce of a hit: each has random numbers of its own. */
+RBTI_INLINE RBT_DEVICE uint64_t rbti_seed_of_bounce(uint64_t seed, uint32_t bounce)
+{
+    return seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
+}
+
+/* Find the impact of bounce number `bounce`, above 0, on the next facet. The particle arrives with the
+   spin and the inertia that the bounce before has given it. Returns RBT_OK or an error. */
+RBTI_INLINE RBT_DEVICE int rbti_begin_bounce(const rbti_rebounded *after, uint64_t bounce_seed,
+                                             uint64_t index, uint32_t hit, rbti_wall_hit *wall_hit)
+{
+    const int code =
+        rbti_meet_facet(wall_hit->facets, bounce_seed, index, hit, &wall_hit->impact);
+    wall_hit->inertia = after->inertia;
+    return code == RBT_OK ? rbti_to_spin(&wall_hit->impact, after->omega, wall_hit->spin) : code;
+}
+
+/* Write the results of row k. */
+RBTI_INLINE RBT_DEVICE void rbti_write_row(const rbt_impacts *impacts, size_t k,
+                                           const rbti_rebounded *after, const rbt_rebounds *out)
+{
+    rbti_write_result(after->code, 3, k, after->velocity, impacts->velocity, out->velocity);
+    rbti_write_result(after->code, 3, k, after->omega, impacts->omega, out->omega);
+    rbti_write_result(after->code, 1, k, &after->inertia, impacts->inertia, out->inertia);
     for (size_t c = 0; c < 2 && out->works; c++)
-        out->works[2 * k + c] = code < RBT_OK ? rbti_nan() : works[c];
-    return code;
+        out->works[2 * k + c] = after->code < RBT_OK ? rbti_nan() : after->works[c];
 }
 
 /* Rebound row k by itself. Returns its code. */
@@ -115,70 +144,202 @@ RBTI_INLINE RBT_DEVICE int rbti_rebound_row(const rbt_table *table, const rbt_im
                                             size_t k, uint64_t seed, const rbt_rebounds *out)
 {
     const rbti_grains grains = {rbti_vector_of(impacts->grain, k), seed, impacts->fresh};
+    const uint64_t index = impacts->index[k];
+    const uint32_t hit = impacts->hit[k];
+    const int variables = out->works ? RBT_VALUES : 6;
     rbti_cascade facets;
     rbti_wall_hit wall_hit;
+    rbti_rebounded after;
     wall_hit.facets = &facets;
-    double state[RBT_VALUES], inertia_after = 0.0;
+    memset(&after, 0, sizeof after);
     int code = rbti_begin_row(impacts, k, seed, &wall_hit);
-    const int spins = rbti_takes_spin_law(table, impacts, &wall_hit);
-    if (code == RBT_OK)
-        code = rbti_draw_one(table, wall_hit.impact.alpha1, wall_hit.impact.speed,
-                             spins ? wall_hit.spin : NULL, wall_hit.inertia, seed, &grains,
-                             impacts->index[k], impacts->hit[k], spins,
-                             out->works ? RBT_VALUES : 6, state, &inertia_after);
-    return rbti_finish_row(table, impacts, k, seed, &wall_hit, state, inertia_after, code, out);
+    int spins = rbti_takes_spin_law(table, impacts, &wall_hit);
+    for (uint32_t bounce = 0;; spins = table->population.n_shapes > 0) {
+        const uint64_t bounce_seed = rbti_seed_of_bounce(seed, bounce);
+        double state[RBT_VALUES], inertia = 0.0;
+        if (bounce > 0)
+            code = rbti_begin_bounce(&after, bounce_seed, index, hit, &wall_hit);
+        if (code == RBT_OK)
+            code = rbti_draw_one(table, wall_hit.impact.alpha1, wall_hit.impact.speed,
+                                 spins ? wall_hit.spin : NULL, wall_hit.inertia, bounce_seed, &grains,
+                                 index, hit, spins, variables, state, &inertia);
+        if (!rbti_end_bounce(&wall_hit, bounce++, code, state, inertia, out->works != NULL, &after))
+            break;
+    }
+    rbti_write_row(impacts, k, &after, out);
+    return after.code;
 }
 
 #ifdef RBTI_BLOCKS
 
-/* Rebound `count` rows from `first` on, at most a block, and fill their codes. Rows of one block may be
-   drawn from two laws, since some walls may be rough; each law then draws the whole block. */
-static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts, size_t first,
-                              size_t count, uint64_t seed, const rbt_rebounds *out, int *codes)
+/* Arrays for the rows of a block. */
+typedef struct rbti_rebound_block {
+    rbti_wall_hit *hits;
+    rbti_cascade *facets;
+    rbti_rebounded *after;
+    size_t *rows; /* rows of the block that are under way, */
+    int *goes_on; /* whether they meet a further facet, */
+    int *codes;   /* the codes of their impacts, */
+    double *alpha1, *speed, *spin, *inertia, *grain; /* their conditions and keys, */
+    uint64_t *index;
+    uint32_t *hit;
+    double *states, *inertia_after; /* and what is drawn */
+    int *draw_codes;
+} rbti_rebound_block;
+
+/* Draw the states of the first `count` conditions of a block, from the spin law or that of first
+   impacts. Returns how many numbers of `states` a row has. */
+static size_t rbti_draw_block(const rbt_table *table, const rbt_impacts *impacts,
+                              const rbti_rebound_block *b, size_t count, int spins,
+                              uint64_t bounce_seed, uint64_t seed, int variables)
 {
-    rbti_wall_hit hits[RBTI_BLOCK];
-    rbti_cascade facets[RBTI_BLOCK];
-    double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], inertia[RBTI_BLOCK];
-    double states[2][RBT_VALUES * RBTI_BLOCK] RBTI_ALIGNED; /* by law: of first impacts, of spins */
-    double inertia_after[2][RBTI_BLOCK];
-    int impact_codes[RBTI_BLOCK], draw_codes[2][RBTI_BLOCK], is_needed[2] = {0, 0};
-    const int variables = out->works ? RBT_VALUES : 6;
     rbt_conditions conditions;
     memset(&conditions, 0, sizeof conditions);
-    conditions.alpha1 = alpha1;
-    conditions.speed = speed;
-    conditions.inertia = inertia;
-    conditions.grain = rbti_vector_of(impacts->grain, first);
-    conditions.index = impacts->index + first;
-    conditions.hit = impacts->hit + first;
+    conditions.alpha1 = b->alpha1;
+    conditions.speed = b->speed;
+    conditions.spin = spins ? b->spin : NULL;
+    conditions.inertia = b->inertia;
+    conditions.grain = impacts->grain ? b->grain : NULL;
+    conditions.index = b->index;
+    conditions.hit = b->hit;
+    conditions.inertia_after = b->inertia_after;
     conditions.fresh = impacts->fresh;
-    for (size_t r = 0; r < count; r++) {
-        hits[r].facets = &facets[r];
-        impact_codes[r] = rbti_begin_row(impacts, first + r, seed, &hits[r]);
-        /* a row with an error gets a condition that can be drawn, and its draw is not used */
-        alpha1[r] = impact_codes[r] == RBT_OK ? hits[r].impact.alpha1 : RBTI_HALF_PI;
-        speed[r] = impact_codes[r] == RBT_OK ? hits[r].impact.speed : 1.0;
-        memcpy(spin + 3 * r, hits[r].spin, sizeof hits[r].spin);
-        inertia[r] = hits[r].inertia;
-        is_needed[rbti_takes_spin_law(table, impacts, &hits[r])] = 1;
+#ifdef RBTI_DIRECT
+    if (table->direct) {
+        rbti_simulate_rows(table, &conditions, 0, count, bounce_seed, seed, b->states,
+                           b->draw_codes);
+        for (size_t r = 0; r < count; r++)
+            b->inertia_after[r] = b->states[RBT_DIRECT_VALUES * r + RBT_VALUES];
+        return RBT_DIRECT_VALUES;
     }
-    for (int law = 0; law < 2; law++) {
-        conditions.spin = law ? spin : NULL;
-        conditions.inertia_after = inertia_after[law];
-        if (is_needed[law])
-            rbti_draw_rows(table, &conditions, 0, count, seed, variables, states[law],
-                           draw_codes[law]);
-    }
+#endif
+    rbti_draw_rows(table, &conditions, 0, count, bounce_seed, seed, variables, b->states,
+                   b->draw_codes);
+    return (size_t)variables;
+}
+
+/* Begin bounce number `bounce` of the rows under way, and fill their conditions. A row with an error gets
+   a condition that can be drawn, and its draw is not used. */
+static void rbti_begin_block(const rbt_impacts *impacts, const rbti_rebound_block *b, size_t first,
+                             size_t count, uint32_t bounce, uint64_t seed)
+{
+    const uint64_t bounce_seed = rbti_seed_of_bounce(seed, bounce);
     for (size_t r = 0; r < count; r++) {
-        const int law = rbti_takes_spin_law(table, impacts, &hits[r]);
-        codes[r] = rbti_finish_row(table, impacts, first + r, seed, &hits[r],
-                                   states[law] + (size_t)variables * r, inertia_after[law][r],
-                                   impact_codes[r] < RBT_OK ? impact_codes[r] : draw_codes[law][r],
-                                   out);
+        const size_t k = first + b->rows[r];
+        rbti_wall_hit *wall_hit = b->hits + b->rows[r];
+        b->index[r] = impacts->index[k];
+        b->hit[r] = impacts->hit[k];
+        if (impacts->grain)
+            memcpy(b->grain + 3 * r, impacts->grain + 3 * k, 3 * sizeof *b->grain);
+        b->codes[r] = bounce == 0 ? rbti_begin_row(impacts, k, seed, wall_hit)
+                                  : rbti_begin_bounce(b->after + b->rows[r], bounce_seed,
+                                                      b->index[r], b->hit[r], wall_hit);
+        b->alpha1[r] = b->codes[r] == RBT_OK ? wall_hit->impact.alpha1 : RBTI_HALF_PI;
+        b->speed[r] = b->codes[r] == RBT_OK ? wall_hit->impact.speed : 1.0;
+        memcpy(b->spin + 3 * r, wall_hit->spin, sizeof wall_hit->spin);
+        b->inertia[r] = wall_hit->inertia;
     }
 }
 
+/* Rebound `count` rows from `first` on, at most a block, and fill their codes. The rows under way make a
+   bounce together, until all have left the wall. At the first bounce rows of one block may be drawn from
+   two laws, since some walls may be rough; each law then draws all of them. */
+static void rbti_rebound_rows(const rbt_table *table, const rbt_impacts *impacts, size_t first,
+                              size_t count, uint64_t seed, const rbt_rebounds *out, int *codes,
+                              const rbti_rebound_block *b)
+{
+    const int variables = out->works ? RBT_VALUES : 6;
+    for (size_t r = 0; r < count; r++) {
+        b->hits[r].facets = b->facets + r;
+        b->rows[r] = r;
+    }
+    memset(b->after, 0, count * sizeof *b->after);
+    size_t under_way = count;
+    for (uint32_t bounce = 0; under_way > 0; bounce++) {
+        const uint64_t bounce_seed = rbti_seed_of_bounce(seed, bounce);
+        size_t going_on = 0;
+        rbti_begin_block(impacts, b, first, under_way, bounce, seed);
+        for (int spins = 0; spins < 2; spins++) {
+            size_t stride = 0;
+            for (size_t r = 0; r < under_way; r++) {
+                const size_t row = b->rows[r];
+                const int takes = bounce > 0 ? table->population.n_shapes > 0
+                                             : rbti_takes_spin_law(table, impacts, b->hits + row);
+                if (takes != spins)
+                    continue;
+                if (stride == 0)
+                    stride = rbti_draw_block(table, impacts, b, under_way, spins, bounce_seed, seed,
+                                             variables);
+                const int code = b->codes[r] < RBT_OK ? b->codes[r] : b->draw_codes[r];
+                b->goes_on[r] = rbti_end_bounce(b->hits + row, bounce, code, b->states + stride * r,
+                                                b->inertia_after[r], out->works != NULL,
+                                                b->after + row);
+                if (b->goes_on[r])
+                    continue;
+                rbti_write_row(impacts, first + row, b->after + row, out);
+                codes[row] = b->after[row].code;
+            }
+        }
+        for (size_t r = 0; r < under_way; r++)
+            if (b->goes_on[r])
+                b->rows[going_on++] = b->rows[r];
+        under_way = going_on;
+    }
+}
+
+/* The arrays of a block of some rows, on the stack. */
+#define RBTI_REBOUND_BLOCK(block, size)                                                            \
+    rbti_wall_hit hits_[size];                                                                     \
+    rbti_cascade facets_[size];                                                                    \
+    rbti_rebounded after_[size];                                                                   \
+    size_t rows_[size];                                                                            \
+    int goes_on_[size], codes_[size], draw_codes_[size];                                           \
+    double alpha1_[size], speed_[size], spin_[3 * (size)], inertia_[size], grain_[3 * (size)];     \
+    uint64_t index_[size];                                                                         \
+    uint32_t hit_[size];                                                                           \
+    double states_[(RBT_VALUES + 2) * (size)] RBTI_ALIGNED, inertia_after_[size];                  \
+    const rbti_rebound_block block = {hits_,    facets_,  after_,     rows_,     goes_on_,         \
+                                      codes_,   alpha1_,  speed_,     spin_,     inertia_,         \
+                                      grain_,   index_,   hit_,       states_,   inertia_after_,   \
+                                      draw_codes_}
+
+#ifdef RBTI_DIRECT
+
+/* Rebound rows by direct simulation, in larger blocks. Returns how many rows were rebounded. */
+RBTI_NOT_INLINED size_t rbti_rebound_direct(const rbt_table *table, const rbt_impacts *impacts,
+                                            size_t first, size_t count, uint64_t seed,
+                                            const rbt_rebounds *out, int *codes)
+{
+    RBTI_REBOUND_BLOCK(block, RBT_DIRECT_ROWS);
+    rbti_rebound_rows(table, impacts, first, count, seed, out, codes, &block);
+    return count;
+}
+
 #endif
+#endif
+
+/* Rebound some of n rows from `first` on, at most RBTI_MOST_ROWS, and fill their codes. Returns how many. */
+RBTI_INLINE RBT_DEVICE size_t rbti_rebound_some(const rbt_table *table, const rbt_impacts *impacts,
+                                                size_t first, size_t n, uint64_t seed,
+                                                const rbt_rebounds *out, int *codes)
+{
+    const size_t count = n < RBTI_BLOCK ? n : RBTI_BLOCK;
+#ifdef RBTI_DIRECT
+    if (table->direct && n > 1)
+        return rbti_rebound_direct(table, impacts, first, n < RBT_DIRECT_ROWS ? n : RBT_DIRECT_ROWS,
+                                   seed, out, codes);
+#endif
+#ifdef RBTI_BLOCKS
+    if (count >= RBTI_FEWEST_IN_BLOCK) {
+        RBTI_REBOUND_BLOCK(block, RBTI_BLOCK);
+        rbti_rebound_rows(table, impacts, first, count, seed, out, codes, &block);
+        return count;
+    }
+#endif
+    for (size_t r = 0; r < count; r++)
+        codes[r] = rbti_rebound_row(table, impacts, first + r, seed, out);
+    return count;
+}
 
 /* Count a row in the results of a call. */
 RBTI_INLINE RBT_DEVICE void rbti_count_row(int code, size_t row, rbt_rebounds *out)
@@ -204,15 +365,8 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, size_t n, const rbt_i
     rebounds->first_bad = n;
     memset(rebounds->flagged, 0, sizeof rebounds->flagged);
     for (size_t first = 0, count = 0; first < n; first += count) {
-        int codes[RBTI_BLOCK];
-        count = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
-#ifdef RBTI_BLOCKS
-        if (count >= RBTI_FEWEST_IN_BLOCK)
-            rbti_rebound_rows(table, impacts, first, count, seed, rebounds, codes);
-        else
-#endif
-            for (size_t r = 0; r < count; r++)
-                codes[r] = rbti_rebound_row(table, impacts, first + r, seed, rebounds);
+        int codes[RBTI_MOST_ROWS];
+        count = rbti_rebound_some(table, impacts, first, n - first, seed, rebounds, codes);
         for (size_t r = 0; r < count; r++)
             rbti_count_row(codes[r], first + r, rebounds);
         rbti_count_codes(&tally, codes, count);

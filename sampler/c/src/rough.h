@@ -72,8 +72,6 @@ RBTI_INLINE RBT_DEVICE int rbti_try_across(double roughness, const uint32_t word
 /* A particle within one hit of a rough wall. */
 typedef struct rbti_cascade {
     double velocity[3];         /* relative to the wall, m/s */
-    double angular_velocity[3]; /* rad/s */
-    double inertia;             /* k about the angular velocity, over m a^2 */
     double wall[3];             /* velocity of the wall, m/s */
     double e_y[3];              /* unit normal of the mean wall, into the gas */
     double half_size;           /* m */
@@ -144,47 +142,4 @@ RBTI_ONCE_ON_HOST RBT_DEVICE int rbti_meet_facet(const rbti_cascade *c, uint64_t
 RBTI_INLINE RBT_DEVICE int rbti_has_left(const rbti_cascade *c)
 {
     return rbti_dot(c->velocity, c->e_y) > 0.0;
-}
-
-/* Velocity and angular velocity after a cascade, in the lab frame. */
-RBTI_INLINE RBT_DEVICE void rbti_store_rebound(const rbti_cascade *c, double velocity[3],
-                                               double omega[3])
-{
-    for (int k = 0; k < 3; k++) {
-        velocity[k] = c->velocity[k] + c->wall[k];
-        omega[k] = c->angular_velocity[k];
-    }
-}
-
-/* Meet facets behind the first one until the particle leaves the mean wall. Each bounce has random
-   numbers of its own. If the table has a spin law, the particle arrives with the spin and the inertia
-   that the bounce before has given it. Adds the works of all bounces. Returns the first error, else all
-   flags. */
-RBTI_NOT_INLINED RBT_DEVICE int rbti_meet_further_facets(const rbt_table *table, rbti_cascade *c,
-                                                         uint64_t seed, const rbti_grains *grains,
-                                                         uint64_t index, uint32_t hit,
-                                                         double *works)
-{
-    const int spins = table->spin.n_shapes > 0;
-    int flags = RBT_OK;
-    for (uint32_t bounce = 1; bounce < RBTI_MAX_BOUNCES; bounce++) {
-        const uint64_t key = seed ^ ((uint64_t)bounce * RBTI_BOUNCE_KEY);
-        double spin[3], state[RBT_VALUES];
-        rbti_impact impact;
-        int code = rbti_meet_facet(c, key, index, hit, &impact);
-        if (code == RBT_OK)
-            code = rbti_to_spin(&impact, c->angular_velocity, spin);
-        if (code == RBT_OK)
-            code = rbti_draw_one(table, impact.alpha1, impact.speed, spins ? spin : NULL, c->inertia, key,
-                                 grains, index, hit, spins, works ? RBT_VALUES : 6, state,
-                                 &c->inertia);
-        if (code < RBT_OK)
-            return code;
-        rbti_to_lab_frame(&impact, state, c->velocity, c->angular_velocity);
-        rbti_add_works(&impact, state, works);
-        flags |= code;
-        if (rbti_has_left(c))
-            return flags;
-    }
-    return RBT_ERR_CASCADE_NOT_ENDED;
 }

@@ -9,8 +9,8 @@ RBTI_INLINE RBT_DEVICE const double *rbti_geometry(const rbt_table *table, doubl
 {
     if (!table)
         return NULL;
-    const int32_t row = rbti_row_of_shape(&table->spin, shape);
-    return row < table->spin.n_shapes ? table->spin.shape_geometry + 4 * row : NULL;
+    const int32_t row = rbti_row_of_shape(&table->population, shape);
+    return row < table->population.n_shapes ? table->population.shape_geometry + 4 * row : NULL;
 }
 
 RBTI_INLINE RBT_DEVICE double rbti_half_size(const double geometry[4], double diameter,
@@ -90,18 +90,18 @@ RBT_API RBT_DEVICE double rbt_mean_half_size(const rbt_table *table, double diam
 {
     if (!table)
         return 0.0;
-    const rbt_spin_law *law = &table->spin;
+    const rbt_population *population = &table->population;
     double before = 0.0, sum = 0.0;
-    for (int32_t row = 0; row < law->n_shapes; row++) {
-        const double *ratios = law->shape_ratios + 2 * row;
+    for (int32_t row = 0; row < population->n_shapes; row++) {
+        const double *ratios = population->shape_ratios + 2 * row;
         const int are_drawn = ratios[0] == 0.0;
-        const double grain[3] = {(double)law->shape_codes[row], are_drawn ? 1.0 : ratios[0],
+        const double grain[3] = {(double)population->shape_codes[row], are_drawn ? 1.0 : ratios[0],
                                  are_drawn ? 1.0 : ratios[1]};
-        sum += (law->shape_shares[row] - before) * rbt_half_size(table, diameter, grain) *
-               (are_drawn ? rbti_mean_power(law->aspect, -2.0 / 3.0) *
-                            rbti_mean_power(law->aspect + 4, -1.0 / 3.0)
+        sum += (population->shape_shares[row] - before) * rbt_half_size(table, diameter, grain) *
+               (are_drawn ? rbti_mean_power(population->aspect, -2.0 / 3.0) *
+                            rbti_mean_power(population->aspect + 4, -1.0 / 3.0)
                       : 1.0);
-        before = law->shape_shares[row];
+        before = population->shape_shares[row];
     }
     return sum;
 }

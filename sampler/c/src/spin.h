@@ -109,11 +109,11 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_error(const rbt_table *table, double alpha1
     const int error = rbti_error(alpha1, speed);
     if (error < RBT_OK)
         return error;
-    if (table->spin.n_shapes == 0)
+    if (table->population.n_shapes == 0)
         return RBT_ERR_NO_SPIN_LAW;
     if (!rbti_has_energy(speed, spin[0], spin[1], spin[2], inertia))
         return RBT_ERR_NOT_FINITE;
-    return !grain || rbti_grain_is_known(&table->spin, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
+    return !grain || rbti_grain_is_known(&table->population, grain) ? RBT_OK : RBT_ERR_GRAIN_NOT_KNOWN;
 }
 
 /* Flags of a condition of a sphere, whose moments of inertia are equal. */

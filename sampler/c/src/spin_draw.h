@@ -15,9 +15,10 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
     for (uint32_t block = 0; block < 3; block++)
         rbti_fill_words(m, block, seed, index, hit, count, d->words + 4 * block * m);
     if (grains->prescribed)
-        rbti_take_grains(m, law, grains->prescribed, count, d->shape, ratios);
+        rbti_take_grains(m, &table->population, grains->prescribed, count, d->shape, ratios);
     else
-        rbti_fill_grains(m, law, grains->seed, grains->fresh, index, hit, count, d->shape, ratios);
+        rbti_fill_grains(m, &table->population, grains->seed, grains->fresh, index, hit, count,
+                         d->shape, ratios);
     rbti_fill_inputs(m, table, d, flags);
     if (!states)
         return;
@@ -101,9 +102,11 @@ RBTI_INLINE int rbti_take_spin_conditions(const rbt_table *table, const rbt_cond
 /* Draw a block of rows and fill their codes. If `states` is NULL only the codes are written. */
 RBTI_BATCH_CLONES
 static void rbti_draw_spins(const rbt_table *table, const rbt_conditions *conditions, size_t first,
-                            size_t count, uint64_t seed, int variables, double *states, int *codes)
+                            size_t count, uint64_t seed, uint64_t grain_seed, int variables,
+                            double *states, int *codes)
 {
-    const rbti_grains grains = {rbti_vector_of(conditions->grain, first), seed, conditions->fresh};
+    const rbti_grains grains = {rbti_vector_of(conditions->grain, first), grain_seed,
+                                conditions->fresh};
     rbti_spin_draws draws RBTI_ALIGNED;
     int errors[RBTI_BLOCK] RBTI_ALIGNED, flags[RBTI_BLOCK] RBTI_ALIGNED;
     const int bad = rbti_take_spin_conditions(table, conditions, first, count, &draws, errors);

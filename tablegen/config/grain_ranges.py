@@ -1,0 +1,36 @@
+"""Ranges of the ratios and of the moments of inertia of the grains of a population."""
+
+import numpy as np
+
+from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
+from tablegen.config.population import FixedAspect, Population
+from tablegen.model.float_array import FloatArray
+from tablegen.model.shapes import inertia
+
+
+def ratio_range(population: Population, shape_code: int) -> FloatArray:
+    """Find the least and the largest b/a and c/b of the grains of a shape or mesh, (2, 2)."""
+    if shape_code >= FIRST_MESH:
+        b, c = population.kernel_arguments().meshes.sizes[shape_code - FIRST_MESH, :2]
+        return np.array([[b, b], [c / b, c / b]])
+    aspect = population.aspect
+    if shape_code == SHAPE_CODES["sphere"] or aspect is None:
+        return np.ones((2, 2))
+    if isinstance(aspect, FixedAspect):
+        return np.array([[value, value] for value in aspect.values])
+    return np.array([aspect.range, aspect.range])
+
+
+def inertia_coefficients(population: Population, shape_code: int) -> tuple[float, float]:
+    """Find the coefficients g_1 and g_3 of the moments of inertia of a shape or mesh.
+
+    A grain with the ratios beta = b/a and gamma = c/b has the largest moment of inertia
+    g_1 (1 + beta^2) m a^2, and the smallest one g_3 beta^2 (1 + gamma^2) m a^2.
+    """
+    if shape_code < FIRST_MESH:
+        largest = float(inertia(shape_code, 1.0, 1.0, population.truncation)[2])
+        return 0.5 * largest, 0.5 * largest
+    meshes = population.kernel_arguments().meshes
+    moments = meshes.moments[shape_code - FIRST_MESH]
+    b, c = meshes.sizes[shape_code - FIRST_MESH, :2]
+    return float(moments.max() / (1.0 + b * b)), float(moments.min() / (b * b + c * c))
