@@ -218,8 +218,9 @@ def c_function(function: Callable[..., Any], signature: Any) -> Any:
 
     The kernel takes addresses and numbers, and neither makes nor returns arrays.
     """
+    compiler: Any = numba.cfunc
     return _kept_on_disk(
-        lambda kept: numba.cfunc(signature, **_OPTIONS, **_NO_REFCOUNT, cache=kept)(function),
+        lambda kept: compiler(signature, **_OPTIONS, **_NO_REFCOUNT, cache=kept)(function),
         function,
     )
 

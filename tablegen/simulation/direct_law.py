@@ -165,8 +165,10 @@ def _fill_record(record: ctypes.Structure, values: dict[str, Any]) -> None:
     for name, value in values.items():
         outer, _, inner = name.rpartition(".")
         owner = getattr(record, outer) if outer else record
-        kind = dict(owner._fields_)[inner]
-        setattr(owner, inner, kind(*value) if isinstance(value, list) else value)
+        if isinstance(value, list):
+            getattr(owner, inner)[:] = value
+        else:
+            setattr(owner, inner, value)
 
 
 class DirectLaw(OpenDirect):

@@ -6,7 +6,6 @@ Grains bounce in a cylinder without gas, and their speed is set back after each 
 
 import numpy as np
 
-from tablegen.model.frames import combine, cross, dot, impact_frame, unit
 from tablegen.model.impacts import impact_condition
 from tablegen.model.jit import kernel
 from tablegen.model.rebound import (
@@ -20,9 +19,18 @@ from tablegen.model.rebound import (
     workspace,
 )
 from tablegen.model.rotation import ORDER, advance_motion, expand_motion, series_span
+from tablegen.model.vectors import combine, cross, dot, unit
 
 #: Speed before each hit [m/s], and angle of the first [rad].
 SPEED, FIRST = 50.0, np.radians(14.0)
+
+
+@kernel
+def impact_frame(velocity, normal):
+    """Wall axes x, y and z of an impact that is not exactly normal."""
+    e_x = unit(combine(1.0, velocity, -dot(velocity, normal), normal))
+    e_x = unit(combine(1.0, e_x, -dot(e_x, normal), normal))
+    return e_x, normal, cross(e_x, normal)
 
 
 @kernel
@@ -66,15 +74,15 @@ def kept_chain(law, body, numerics, motion, angles, energies):
     """
     velocity = np.cos(FIRST), -np.sin(FIRST), 0.0
     normal, spin = (0.0, 1.0, 0.0), (0.0, 0.0, 0.0)
-    before = impact_frame(velocity, normal, (0, 0, 0))
+    before = impact_frame(velocity, normal)
     for hit in range(len(angles)):
         turned = angles[hit]
-        frame = impact_frame(velocity, normal, (0, 0, 0))
+        frame = impact_frame(velocity, normal)
         turn_wall(motion, before, frame)
         sine = min(-dot(velocity, frame[1]), 1.0)
         in_wall = dot(spin, frame[0]), dot(spin, frame[1]), dot(spin, frame[2])
         cosine = dot(velocity, frame[0])
-        condition = impact_condition(cosine, sine, SPEED, in_wall, 0.0, numerics)
+        condition = impact_condition(cosine, sine, SPEED, in_wall, numerics)
         place_before_impact(condition, body, motion)
         status, _, _ = rebound(law, condition, body, motion, workspace(), np.zeros(0))
         if status != LEFT:

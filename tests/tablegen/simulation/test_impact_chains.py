@@ -7,7 +7,8 @@ from scipy.stats import kstest
 
 from tablegen.config.config import load_config
 from tablegen.model.model_bounds import MOST_TURNED
-from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct_law import DirectLaw
 from tablegen.simulation.impact_chains import (
     effective_speed,
     energy_factor,
@@ -19,7 +20,7 @@ from tablegen.simulation.impact_chains import (
 )
 
 CONFIG = load_config("corundum-steel")
-MODEL = DirectModel(CONFIG)
+LAW, MODEL = DirectLaw.from_config(CONFIG), silent_model(CONFIG)
 INDEX = np.arange(400, dtype=np.uint64)
 
 
@@ -27,7 +28,7 @@ INDEX = np.arange(400, dtype=np.uint64)
 def departures():
     alpha = np.radians(np.linspace(0.5, 90.0, len(INDEX)))
     start = first_impacts(alpha, np.full(len(INDEX), 200.0), MODEL.grains(3, INDEX), INDEX)
-    return simulate_departures(MODEL, start, 3)
+    return simulate_departures(LAW, start, 3)
 
 
 def frames_of(departures, impacts, reflected):
@@ -74,7 +75,7 @@ def test_the_next_impact_is_that_of_the_lab_frame(departures, any_wall):
 
 def test_energies_before_and_after_an_impact_add_up(departures):
     impacts = next_impacts(departures, np.full(len(INDEX), True), np.full((len(INDEX), 2), 0.3))
-    left = simulate_departures(MODEL, impacts, 3)
+    left = simulate_departures(LAW, impacts, 3)
     before = energy_factor(impacts.spin, impacts.inertia) ** 2
     after = np.sum(left.states[:, :3] ** 2, axis=1)
     after += left.inertia * np.sum(left.states[:, 3:] ** 2, axis=1)
@@ -93,7 +94,7 @@ def test_the_direct_model_simulates_possible_impacts():
     raised = raise_to_limits(impacts)
     turned = 2.0 * np.linalg.norm(raised.spin, axis=1) / np.sin(raised.alpha1)
     assert turned.max() < MOST_TURNED
-    assert np.isfinite(simulate_departures(MODEL, raised, 3).states).all()
+    assert np.isfinite(simulate_departures(LAW, raised, 3).states).all()
     # impacts that can be simulated stay as they are
     usual = first_impacts(np.full(400, 0.5), np.full(400, 100.0), grain, INDEX)
     for one, two in zip(usual, raise_to_limits(usual), strict=True):

@@ -8,7 +8,7 @@ from tablegen.config.config import load_config
 from tablegen.model.rebound import MOTION_SIZE
 from tablegen.model.rotation import set_orientation
 from tablegen.model.shapes import MAX_VERTICES, NO_MAP, shaped_body
-from tablegen.simulation.direct import DirectModel
+from tablegen.simulation.direct import silent_model
 
 CONFIG = load_config("corundum-steel")
 SHAPES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron")
@@ -23,16 +23,17 @@ SPANS = ((1, 2), (2, 6), (6, 10), (10, 20), (20, 40))
 
 def model_of(shape):
     weights = {name: float(name == shape) for name in SHAPES}
-    return DirectModel(CONFIG.with_changes({"population": {"shapes": weights}}))
+    return silent_model(CONFIG.with_changes({"population": {"shapes": weights}}))
 
 
 def kept(model, grains, seed, turns=FEW_TURNS):
     """Simulate grains that keep their orientations; return angles and energies, (hits, n)."""
     rng, results = np.random.default_rng(seed), np.empty((2, HITS, len(grains)))
-    law, population, numerics = model._arrays
+    law, truncation = CONFIG.pair.kernel_arguments(False), CONFIG.population.truncation
+    numerics = CONFIG.model.contact_resolution, CONFIG.model.tolerance, 0.0
     for k, (code, b, c) in enumerate(grains):
         storage = np.empty((MAX_VERTICES, 3)), np.zeros(1, dtype=np.int64), NO_MAP
-        body = shaped_body(int(code), b, b * c, population.truncation, *storage)
+        body = shaped_body(int(code), b, b * c, truncation, *storage)
         motion = np.empty(MOTION_SIZE)
         set_orientation(*rng.random(3), motion)
         angles, energies = rng.uniform(*turns, HITS), np.empty(HITS)

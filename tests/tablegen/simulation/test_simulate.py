@@ -10,13 +10,12 @@ from refusals import refused
 from scipy.stats import binom, kstest, truncnorm
 
 import tablegen
+from sampler.errors import REBOUND_NOT_ENDED
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
-from tablegen.model.audit import AUDIT_SIZE
-from tablegen.model.particle_run import simulate_batch
 from tablegen.parallel import LONGEST_SLICE
+from tablegen.simulation.direct_law import Simulated, simulate_impacts
 from tablegen.simulation.simulate import (
-    NotFiniteError,
     check_impact_angle,
     make_condition,
     simulate_condition,
@@ -25,7 +24,7 @@ from tablegen.simulation.simulate import (
 _CONFIG = load_config("corundum-steel")
 PAIR, POPULATION = _CONFIG.pair, _CONFIG.population
 CONDITION = make_condition(np.radians(40.0), 200.0)
-KERNEL = "tablegen.simulation.simulate.simulate_batch"
+SIMULATED = "tablegen.simulation.simulate.simulate_impacts"
 
 #: False-alarm rate of each statistical test below.
 FALSE_ALARM = 1e-6
@@ -52,15 +51,6 @@ def test_particles_do_not_depend_on_threads_slices_or_count(monkeypatch):
     for size in (1, 37):
         monkeypatch.setattr("tablegen.parallel.LONGEST_SLICE", size)
         assert_same(run(500), expected, count=500)
-
-
-def test_audit_of_slices_is_the_largest_of_all(monkeypatch):
-    assert run(600).audit.shape == (0,)
-    expected = run(600, audited=True).audit
-    assert expected.shape == (AUDIT_SIZE,)
-    assert 0.0 < expected.max() < 1e-9
-    monkeypatch.setattr("tablegen.parallel.LONGEST_SLICE", 50)
-    np.testing.assert_array_equal(run(600, audited=True, threads=3).audit, expected)
 
 
 def correlation_of_runs(one, other):
@@ -157,8 +147,8 @@ def test_ends_of_the_ranges_are_allowed():
     assert make_condition(np.pi / 2 * (1.0 + 1e-16), 200.0) == make_condition(np.pi / 2, 200.0)
     assert check_impact_angle(np.radians(1e-6)) == np.radians(1e-6)
     assert make_condition(np.float32(0.5), np.int64(200), np.ones(3)).spin == (1.0, 1.0, 1.0)
-    simulation = make_condition(np.radians(1e-6), 1e-6, resolution=1e-6, tolerance=1e-14)
-    assert simulation.resolution > 0.0
+    condition = make_condition(np.radians(1e-6), 1e-6, resolution=1e-6, tolerance=1e-14)
+    assert np.all(np.isfinite(run(10, condition=condition).state))
     assert np.all(np.isfinite(run(10, seed=2**64 - 1, stream=2**32 - 1).state))
 
 
@@ -182,24 +172,22 @@ def test_simulate_takes_all_of_a_configuration():
         assert population is spheres or np.any(simulation.state != other.state)
 
 
-class TestNotFinite:
-    """A state that is not finite is an error, never a result."""
+class TestNotEnded:
+    """A rebound that does not end, or is not finite, is an error, never a result."""
 
     @pytest.fixture(autouse=True)
     def spoil(self, monkeypatch):
-        """Put NaN into the state of particle 3, and an infinite energy into particle 5."""
+        """Let particle 3 not leave the wall."""
 
-        def spoiled(law, population, conditions, keys, state, collisions, kind, energy, inertia):
-            arrays = (state, collisions, kind, energy, inertia)
-            stuck = simulate_batch(law, population, conditions, keys, *arrays)
-            if keys.particle[0] == 0:
-                state[3, 4], energy[5, 1] = np.nan, np.inf
-            return stuck
+        def spoiled(law, rows, threads):
+            run = simulate_impacts(law, rows, threads)
+            run.codes[rows.arrays["index"] == 3] = REBOUND_NOT_ENDED
+            return run
 
-        monkeypatch.setattr(KERNEL, spoiled)
+        monkeypatch.setattr(SIMULATED, spoiled)
 
     def test_no_simulation_returns_one(self):
-        with pytest.raises(NotFiniteError, match="particle 3 of seed 4, stream 0 is not finite"):
+        with pytest.raises(RuntimeError, match="particle 3 of seed 4, stream 0 is still in"):
             simulate_condition(PAIR, POPULATION, CONDITION, 100, seed=4, threads=2)
 
     def test_no_file_gets_one(self, call, tmp_path):
@@ -207,7 +195,7 @@ class TestNotFinite:
         words += ["--count", 10, "--seed", 1, "--output", tmp_path / "x.npz"]
         ended = call("tablegen", "simulate", *words)
         assert ended.status == 3
-        assert "is not finite" in ended.err.splitlines()[-1]
+        assert "is still in contact" in ended.err.splitlines()[-1]
         assert not list(tmp_path.iterdir())
 
 
@@ -226,16 +214,15 @@ class TestInterruption:
     def test_calls_take_a_tenth_of_a_second(self, monkeypatch, seconds, count, most):
         lengths, caller = [], threading.get_ident()
 
-        def simulate(*arguments):
-            for array in arguments[-5:]:
-                array[:] = 0
+        def simulate(law, rows, threads):
             # a run that was interrupted before may still have a slice to do, in its own thread
             if threading.get_ident() == caller:
-                lengths.append(len(arguments[-1]))
-                time.sleep(seconds * lengths[-1])
-            return -1
+                lengths.append(rows.n)
+                time.sleep(seconds * rows.n)
+            ones = np.ones(rows.n)
+            return Simulated(np.ones((rows.n, 10)), ones, ones, np.zeros(rows.n, np.intc))
 
-        monkeypatch.setattr(KERNEL, simulate)
+        monkeypatch.setattr(SIMULATED, simulate)
         run(count, threads=1)
         assert sum(lengths) == count
         assert max(lengths) == most
