@@ -124,7 +124,8 @@ class DirectParts(NamedTuple):
     ) -> "DirectParts":
         """Convert laws, particles and numerical parameters.
 
-        ``name`` is that of the pair. ``instant`` tells whether angular velocities after the impact are those of the departure.
+        ``name`` is that of the pair. ``instant`` tells whether angular velocities after the impact
+        are those of the departure.
         """
         arguments = population.kernel_arguments()
         shapes = ShapeArguments(arguments.shape_codes, arguments.truncation, arguments.meshes)

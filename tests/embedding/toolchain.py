@@ -122,6 +122,7 @@ def declared(path):
         "rbt_sample": (table, size, record(Conditions), seed, reals, integers),
         "rbt_rebound": (table, size, record(Impacts), seed, record(Rebounds)),
         "rbt_mean_half_size": (table, real),
+        "rbt_use_direct": (table, ctypes.c_void_p),
         "rbt_wall_tilt": (real, real, real, real, reals),
     }.items():
         getattr(library, name).argtypes = arguments

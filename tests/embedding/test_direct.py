@@ -1,0 +1,172 @@
+"""Direct simulation in C: an object without Python gives the bits of `tablegen.DirectModel`."""
+
+import ctypes
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import toolchain
+from documents import ROOT
+
+from tablegen.config.config import load_config
+from tablegen.config.population import MeshShape, Population
+from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct_law import (
+    VERSION,
+    DirectLaw,
+    DirectParts,
+    LawRecord,
+    PopulationRecord,
+)
+from tablegen.simulation.exported_law import HEADER, OBJECT, Target, direct_files
+
+HERE = Path(__file__).resolve().parent
+#: A table without a spin law, with which any population goes.
+TABLE = ROOT / "tests" / "vectors" / "full.rbt"
+PAIR = "made-up"
+
+CONFIG = load_config("corundum-steel")
+COULOMB = {"law": "coulomb", "static": 0.4, "dynamic": 0.3, "source": "a test"}
+CORNERS = ((1.0, 0.1, 0.0), (-0.9, 0.5, 0.1), (-0.8, -0.6, 0.2), (0.1, 0.0, 0.7), (0.2, 0.1, -0.6))
+MESHES = Population(meshes=(MeshShape(vertices=CORNERS),))
+
+CASES = {
+    "each shape": (CONFIG, CONFIG.population),
+    "rough walls": (CONFIG, CONFIG.population),
+    "spheres": (load_config("kharaz-2001"), load_config("kharaz-2001").population),
+    "a mesh": (CONFIG, MESHES),
+    "coulomb": (CONFIG.with_changes({"pair": {"resistance": COULOMB}}), CONFIG.population),
+}
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory):
+    """Build the program with the object of a case, and return it; each is built once."""
+    folder, programs = tmp_path_factory.mktemp("direct"), {}
+    common = folder / "hits.o"
+    (folder / HEADER).write_text('#include "rebound_sampler.h"\n')
+
+    def build(case, target=None):
+        if case not in programs:
+            config, population = CASES[case]
+            parts = DirectParts.from_config(config, population)._replace(pair=PAIR)
+            files = direct_files(parts, target or Target.of_this_machine())
+            (folder / HEADER).write_bytes(files[HEADER])
+            if not common.exists():  # the same for all cases
+                flags = [f"-I{folder}", "-c", "-O1"]
+                toolchain.compile_with("gcc", [*flags, HERE / "direct_hits.c"], common)
+            (folder / OBJECT).write_bytes(files[OBJECT])
+            programs[case] = folder / case.replace(" ", "-")
+            toolchain.compile_with("gcc", [common, folder / OBJECT, "-lm"], programs[case])
+        return programs[case]
+
+    return build
+
+
+def impacts(n):
+    """Impacts of n particles: velocities towards walls of random normals, and half-sizes."""
+    rng = np.random.default_rng(8)
+    normal, velocity = rng.standard_normal((2, n, 3))
+    velocity *= -70.0 * np.sign(np.einsum("nk,nk->n", velocity, normal))[:, None]
+    return np.column_stack([velocity, normal, rng.uniform(1e-6, 1e-4, n)])
+
+
+def hits_in_c(program, given, tmp_path, roughness=0.0, batch=512):
+    """Results of three hits by the program, (3, n, 10)."""
+    (tmp_path / "impacts").write_bytes(given.tobytes())
+    words = TABLE, tmp_path / "impacts", len(given), roughness, int(roughness > 0.0), batch
+    toolchain.run(program, *words, tmp_path / "results")
+    return np.fromfile(tmp_path / "results").reshape(3, len(given), 10)
+
+
+def hits_in_python(case, given, roughness=0.0):
+    """Results of the same hits by `DirectModel`."""
+    model, n = silent_model(*CASES[case]), len(given)
+    velocity, normal, half_size = given[:, :3], given[:, 3:6], given[:, 6]
+    omega, inertia, results = np.zeros((n, 3)), np.zeros(n), np.empty((3, n, 10))
+    rough = {"roughness": roughness, "isotropic": True} if roughness else {}
+    for hit in range(3):
+        codes, works = np.empty(n, np.intc), np.empty((n, 2))
+        turning = {"omega": omega, "inertia": inertia, "codes": codes, "works": works} | rough
+        keys = {"seed": 7, "index": np.arange(n), "hit": hit}
+        velocity, omega, inertia = model.rebound(velocity, normal, half_size, **turning, **keys)
+        results[hit] = np.column_stack([velocity, omega, inertia, works, codes])
+        x, y, z = velocity.T
+        normal = np.column_stack([-x - 0.6 * y, -y + 0.6 * x, -z])
+    return results
+
+
+@pytest.mark.processor
+@pytest.mark.parametrize("case", CASES)
+def test_rebounds_along_three_hits_have_the_bits_of_the_model(built, case, tmp_path):
+    given, roughness = impacts(1100), 0.2 if case == "rough walls" else 0.0
+    in_c = hits_in_c(built(case), given, tmp_path, roughness)
+    np.testing.assert_array_equal(in_c, hits_in_python(case, given, roughness))
+    assert (in_c[..., 9] >= 0.0).all()
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("case", CASES)
+def test_many_rebounds_have_the_bits_of_the_model(built, case, tmp_path):
+    given, roughness = impacts(100_000), 0.2 if case == "rough walls" else 0.0
+    in_c = hits_in_c(built(case), given, tmp_path, roughness)
+    np.testing.assert_array_equal(in_c, hits_in_python(case, given, roughness))
+
+
+def test_batches_do_not_matter(built, tmp_path):
+    given = impacts(1100)
+    whole = hits_in_c(built("rough walls"), given, tmp_path, 0.2, batch=1100)
+    for batch in (1, 7, 513):
+        part = hits_in_c(built("rough walls"), given, tmp_path, 0.2, batch)
+        np.testing.assert_array_equal(part, whole)
+
+
+def test_the_program_needs_no_python(built):
+    linked = subprocess.run(["ldd", built("each shape")], capture_output=True, text=True).stdout
+    names = {line.split()[0].split(".")[0] for line in linked.splitlines()}
+    assert not {name for name in names if "python" in name or "numba" in name or "llvm" in name}
+    symbols = subprocess.run(
+        ["nm", "--undefined-only", built("each shape").parent / OBJECT],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.split()
+    assert {name for name in symbols if name != "U"} <= {"asin", "fma", "memset", "pow", "sqrt"}
+
+
+def test_an_object_that_does_not_go_with_the_table_has_a_code(library, shipped_file):
+    """One of another version of the header, of another pair, or without a shape of the table."""
+    record = DirectLaw.from_config(CONFIG)._record
+
+    def code():
+        return library.rbt_use_direct(table, ctypes.byref(record))
+
+    with toolchain.opened(library, shipped_file) as table:
+        assert library.rbt_use_direct(table, None) == -1
+        record.version += 1
+        assert code() == -13
+        record.version -= 1
+        record.population.n_shapes -= 1  # no tetrahedra
+        assert code() == -14
+        record.population.n_shapes += 1
+        assert code() == 0
+    with toolchain.opened(library, TABLE) as table:
+        assert code() == -14
+
+
+def test_the_record_is_that_of_the_header(tmp_path):
+    """Places of the fields in C and in Python."""
+    records = {"rbt_population": PopulationRecord, "rbt_direct_law": LawRecord}
+    places = [
+        (f"offsetof({kind}, {field[0]})", getattr(record, field[0]).offset)
+        for kind, record in records.items()
+        for field in record._fields_
+    ]
+    places += [(f"sizeof({kind})", ctypes.sizeof(r)) for kind, r in records.items()]
+    places += [("RBT_DIRECT_VERSION", VERSION), ("RBT_DIRECT_VALUES", 12)]
+    checks = "".join(f'_Static_assert({word} == {number}, "");\n' for word, number in places)
+    source = tmp_path / "record.c"
+    source.write_text(f'#include "rebound_sampler.h"\n{checks}')
+    command = ["gcc", f"-I{toolchain.INCLUDE}", "-fsyntax-only", source]
+    subprocess.run([toolchain.require("gcc"), *command[1:]], check=True)
