@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sampler.arguments import Rebound
+from sampler.errors import InputError
 from tablegen.accuracy.chains import (
     GEOMETRIES,
     GEOMETRY_WORDS,
@@ -26,7 +28,7 @@ from tablegen.config.config import Config
 from tablegen.evidence.stability_friction import MOST_GAIN, failures_of
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
-from tablegen.simulation.direct import DirectModel, DirectRebound
+from tablegen.simulation.direct import DirectModel, silent_model
 from tablegen.simulation.impact_chains import ANY_ANGLES
 
 #: Speed of grains [m/s], and hits of a chain.
@@ -111,7 +113,7 @@ class _CheckedWall:
         inertia: FloatArray,
         index: NDArray[np.uint64],
         **keys: Any,
-    ) -> DirectRebound:
+    ) -> Rebound:
         """Rebound from walls, and check each rebound."""
         begin = time.perf_counter()
         after = self.model.rebound(
@@ -140,7 +142,7 @@ def outcome_of(
     left, finished = None, True
     try:
         left, _ = follow_grains(wall, arrivals, geometry, seed, hits)
-    except RuntimeError:
+    except InputError:
         finished = False
     known = np.isfinite(wall.growth)
     return ChainOutcome(
@@ -173,7 +175,7 @@ def run_chains(
     config: Config, grains: int, seed: int = 1, progress: bool = False
 ) -> tuple[ChainOutcome, ...]:
     """Follow ``grains`` of each kind through sixty hits, and a tenth of them rolling."""
-    model, outcomes = DirectModel(config), []
+    model, outcomes = silent_model(config), []
     chains = list(product(kinds_of_grains(model, seed, grains).items(), GEOMETRIES))
     with bar(progress, "chain", total=len(chains) + len(ROLLING), desc="sixty hits") as counted:
         for (kind, index), geometry in chains:
@@ -188,7 +190,7 @@ def run_chains(
             population = config.population.restricted_to("ellipsoid").with_aspect(*aspect)
             start = rolling_arrivals(np.arange(max(grains // 10, 2), dtype=np.uint64), aspect)
             names = f"rolling disc, b/a {aspect[0]:g}", "cylinder"
-            disc = DirectModel(config, population)
+            disc = silent_model(config, population)
             outcomes.append(outcome_of(disc, names, start, seed, ROLLING_HITS))
             counted.update()
     return tuple(outcomes)

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from sampler.library import processors
+from sampler.errors import OK
+from sampler.library import Rows, processors
 from tablegen.config.config import Config
-from tablegen.model.impacts import CONDITION_SIZE, wall_conditions
-from tablegen.model.particle_run import simulate_batch
-from tablegen.model.random_particles import keys_of_run
+from tablegen.model.float_array import FloatArray
 from tablegen.parallel import in_slices
 from tablegen.progress import bar
-from tablegen.simulation.direct_impacts import DirectArrays
+from tablegen.simulation.direct_law import DirectLaw, simulate_impacts
 
 #: Static and dynamic coefficients, and restitutions; None is the pair's own law.
 COEFFICIENTS = (
@@ -49,9 +48,8 @@ class FrictionOutcome:
     seed: int
     rebounds: int
     #: First row that is not finite or is still in contact at the alarm, or -1.
-    not_finite: int
     unfinished: int
-    #: Largest gain of energy over that before, smallest v+ [V]; of slices that finished.
+    #: Largest gain of energy over that before, smallest v+ [V]; of the other rows.
     growth: float | None
     least_velocity: float | None
     most_collisions: int
@@ -66,8 +64,6 @@ class FrictionOutcome:
     def failures(self) -> dict[str, str]:
         """Failures of the model by kind, a line each."""
         failures = {}
-        if self.not_finite >= 0:
-            failures["not finite"] = f"particle {self.not_finite} is not finite"
         if self.unfinished >= 0:
             failures["unfinished"] = f"particle {self.unfinished} is unfinished"
         return failures | failures_of(self.growth, MOST_GAIN, self.least_velocity)
@@ -106,38 +102,32 @@ def _run_law(
         changes["restitution"] = source | {"law": "constant", "value": e}
     # a study of the numerics: speeds at which a law was measured do not matter
     changed = config.with_changes({"pair": changes, "domain": {"extrapolate": True}})
-    arrays = DirectArrays.from_parts(changed.pair, changed.population, changed.model)
+    model = DirectLaw.from_config(changed)
     rng = np.random.default_rng(seed)
     alpha, speed = np.radians(rng.uniform(0.5, 90.0, count)), rng.uniform(5.0, 300.0, count)
     spin = rng.standard_normal((count, 3))
     spin *= (rng.uniform(-2.0, 2.0, count).clip(0.0) / np.linalg.norm(spin, axis=1))[:, None]
 
-    state, energy = np.empty((count, 6)), np.empty((count, 2))
-    collisions, done = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.bool_)
+    def work(part: slice) -> tuple[FloatArray, float]:
+        begin, index = time.perf_counter(), np.arange(part.start, part.stop, dtype=np.uint64)
+        arrays = {"alpha1": alpha[part], "speed": speed[part], "spin": spin[part], "index": index}
+        rows = Rows(index.size, seed, arrays | {"hit": np.zeros(1, np.uint32)}, fresh=True)
+        run = simulate_impacts(model, rows, threads=1)
+        kept = np.square(run.variables[:, :3]).sum(axis=1) / run.energy_before
+        kept += run.variables[:, 6]
+        columns = run.codes, kept, run.variables[:, 1], run.variables[:, 7]
+        return np.column_stack(columns), time.perf_counter() - begin
 
-    def work(part: slice) -> tuple[int, float]:
-        begin, n = time.perf_counter(), part.stop - part.start
-        conditions, kind, inertia = np.empty((n, CONDITION_SIZE)), np.empty((n, 3)), np.empty(n)
-        impacts = alpha[part], speed[part], spin[part], np.zeros(1)
-        wall_conditions(*impacts, arrays.numerics, conditions)
-        given = arrays.law, arrays.population, conditions, keys_of_run(seed, 0, part.start, n)
-        results = state[part], collisions[part], kind, energy[part], inertia
-        stuck = simulate_batch(*given, *results)
-        done[part] = stuck < 0  # of the others of its slice nothing is known
-        return part.start + stuck if stuck >= 0 else -1, time.perf_counter() - begin
-
-    rows, seconds = zip(*(result for _, result in in_slices(work, count, threads)), strict=True)
-    stuck = [row for row in rows if row >= 0]
-    finite = np.isfinite(np.column_stack([state, energy])).all(axis=1)
-    kept, lost = done & finite, np.flatnonzero(done & ~finite)
+    parts, seconds = zip(*(result for _, result in in_slices(work, count, threads)), strict=True)
+    codes, kept, velocity, collisions = np.concatenate(parts).T
+    ended = codes >= OK
     return FrictionOutcome(
         *law,
         seed=seed,
         rebounds=count,
-        not_finite=int(lost[0]) if lost.size else -1,
-        unfinished=min(stuck, default=-1),
-        growth=float(energy[kept].sum(axis=1).max()) - 1.0 if kept.any() else None,
-        least_velocity=float(state[kept, 1].min()) if kept.any() else None,
-        most_collisions=int(collisions[kept].max(initial=0)),
+        unfinished=-1 if ended.all() else int((~ended).argmax()),
+        growth=float(kept[ended].max()) - 1.0 if ended.any() else None,
+        least_velocity=float(velocity[ended].min()) if ended.any() else None,
+        most_collisions=int(collisions[ended].max(initial=0)),
         cost=sum(seconds) / count,
     )

@@ -18,18 +18,14 @@ tumbling, M = (2T/L^2) L. From M and the orientation follows L = M M^2 / (M . J^
 the angular velocity after the rebound is that of an instant: the one at which the centre passes
 `CLEARANCE` above the bounding radius of the particle, where no point can touch the wall any more.
 
-`apply_collision` and `fly_one_series` are the two steps of a rebound. They take the arrays of one
-particle or of lanes. `rebound` follows one particle by them and can audit each step;
-`tablegen.model.lockstep` follows many particles.
+`apply_collision` and `fly_one_series` are the two steps of a rebound, by which
+`tablegen.model.lockstep` follows particles. They take the arrays of one particle or of lanes.
 """
 
 import math
 
-import numpy as np
-
-from tablegen.model.audit import PENETRATION, audit_collision, audit_flight
 from tablegen.model.collision import energies_taken, energy_gain, impulse, mean_velocity
-from tablegen.model.contact import contact_point, first_contact
+from tablegen.model.contact import first_contact
 from tablegen.model.contact_laws import COULOMB, resistance, restitution, tabulated_resistance
 from tablegen.model.coulomb import Ending, coulomb_impulse
 from tablegen.model.impacts import translates
@@ -37,7 +33,6 @@ from tablegen.model.jit import inline_kernel, no_refcount_inline_kernel, no_refc
 from tablegen.model.reach import tumbling_reach
 from tablegen.model.rotation import (
     NORMAL,
-    ORDER,
     advance_motion,
     expand_motion,
     rate_bounds,
@@ -63,9 +58,6 @@ from tablegen.model.vectors import cross
 
 MOTION_SIZE = 13
 U, V, W, HEIGHT = 9, 10, 11, 12
-
-#: Status that :func:`rebound` returns: the particle has left the wall, or an alarm was reached.
-LEFT, UNFINISHED = 0, 1
 
 #: Collisions after which a particle is reported as unfinished. It is an alarm, not a cap: the
 #: caller must raise an error, and never use the state. At the default resolution the longest chains
@@ -306,62 +298,6 @@ def fly_one_series(body, top, tolerance, motion, series, where):
 
 
 @no_refcount_kernel
-def fly_to_contact(body, top, tolerance, motion, series):
-    """Advance ``motion`` to the next contact or departure; tell whether the particle touches."""
-    while True:
-        touches, left = fly_one_series(body, top, tolerance, motion, series, True)
-        if touches or left:
-            return touches
-
-
-@no_refcount_kernel
-def _copy_motion(motion, before):
-    """Copy the motion by numbers, because a slice assignment would make a temporary array."""
-    for i in range(MOTION_SIZE):
-        before[i] = motion[i]
-
-
-@no_refcount_kernel
-def rebound(law, condition, body, motion, work, audit):
-    """Follow a particle from before its first contact until it has left the wall.
-
-    ``motion`` (13,) is the motion before the rebound, and on return that of the departure. ``work``
-    comes from `workspace`. ``audit`` (AUDIT_SIZE,) gets the largest violations of the laws; with an
-    array of the shape (0,) nothing is audited. Returns the status, the number of collisions, and
-    the energies that the normal and the tangential impulses took.
-    """
-    series, point, before = work
-    collisions = 0
-    normal = shear = 0.0
-    # a particle without spin starts at its first contact
-    touches, top = translates(condition), body.bounding_radius
-    while True:
-        if not touches:
-            _copy_motion(motion, before)
-            touches = fly_to_contact(body, top, condition.tolerance, motion, series)
-            if audit.size > 0:
-                audit_flight(body.moments, before, motion, audit)
-            if not touches:
-                return LEFT, collisions, (normal, shear)
-        if collisions == COLLISION_ALARM:
-            return UNFINISHED, collisions, (normal, shear)
-        gap = contact_point(body, motion, motion[HEIGHT], motion[V], point)
-        motion[HEIGHT] -= min(gap, 0.0)
-        _copy_motion(motion, before)
-        numbers = condition.speed, condition.resolution
-        taken = apply_collision(law, *numbers, body.moments, point, motion, series)
-        normal, shear = normal + taken[0], shear + taken[1]
-        if has_no_impulse(taken):
-            return UNFINISHED, collisions, taken
-        top = departure_height(body, condition.instant, motion)
-        touches = False
-        collisions += 1
-        if audit.size > 0:
-            audit[PENETRATION] = max(audit[PENETRATION], -gap)
-            audit_collision(law, *numbers, body.moments, point, before, motion, audit)
-
-
-@no_refcount_kernel
 def place_before_impact(condition, body, motion, where=True):
     """Set velocity, spin and height of oriented particles before their rebound.
 
@@ -388,9 +324,3 @@ def place_before_impact(condition, body, motion, where=True):
     if any_lane(turns):
         height = select(turns, tumbling_reach(body, spin, n), height)
     store(motion, HEIGHT, select(where, height, load(motion, HEIGHT)))
-
-
-@inline_kernel
-def workspace():
-    """Make the arrays that :func:`rebound` works in."""
-    return np.empty((9, ORDER + 1)), np.empty(3), np.empty(MOTION_SIZE)

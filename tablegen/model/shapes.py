@@ -60,10 +60,6 @@ class SupportMap(NamedTuple):
     points: np.ndarray
 
 
-#: Map of a body that needs none. Its slack is infinite, so it limits no step.
-NO_MAP = SupportMap(0, math.inf, np.zeros(1, dtype=np.int64), np.empty((0, 3)))
-
-
 def longest_list(support_map: SupportMap) -> int:
     """Count the vertices in the longest list of a map."""
     return int(np.diff(support_map.starts).max())
@@ -126,7 +122,7 @@ class Body(NamedTuple):
     counts: np.ndarray
     half: tuple[float, float, float]
     bounding_radius: float
-    support_map: SupportMap = NO_MAP
+    support_map: SupportMap
 
 
 class MeshArguments(NamedTuple):
@@ -229,18 +225,6 @@ def place_vertices(shape, b, c, truncation, vertices):
 
 
 @no_refcount_inline_kernel
-def shaped_body(shape, b, c, truncation, vertices, counts, no_map):
-    """Make the body of a shape other than a mesh, with half-sizes (1, b, c).
-
-    Only kernels that count no references may call it. The caller keeps the arrays alive:
-    ``vertices`` (MAX_VERTICES, 3), ``counts`` (1,) int64 and an empty map.
-    """
-    counts[0], bounding_radius = place_vertices(shape, b, c, truncation, vertices)
-    moments = inertia(shape, b, c, truncation)
-    return Body(moments, vertices[: counts[0]], counts, (1.0, b, c), bounding_radius, no_map)
-
-
-@no_refcount_inline_kernel
 def population_map(population, code):
     """Make the support map of a shape of a population; it is empty but for meshes.
 
@@ -257,21 +241,6 @@ def population_map(population, code):
         meshes.starts[first[0] : end[0]],
         meshes.points[first[1] : end[1]],
     )
-
-
-@no_refcount_inline_kernel
-def mesh_body(meshes, i, candidates, counts, support_map):
-    """Make the body of mesh number ``i`` of a population, still without candidate vertices.
-
-    Only kernels that count no references may call it. The caller keeps the arrays alive:
-    ``candidates`` (meshes.longest, 3), ``counts`` (1,) int64 and ``support_map`` from `mesh_map`.
-    """
-    moments = (meshes.moments[i, 0], meshes.moments[i, 1], meshes.moments[i, 2])
-    half = meshes.reach[i, 0], meshes.reach[i, 1], meshes.reach[i, 2]
-    for k in range(candidates.shape[0]):
-        candidates[k, 0] = candidates[k, 1] = candidates[k, 2] = 0.0
-    counts[0] = 0
-    return Body(moments, candidates, counts, half, meshes.sizes[i, 2], support_map)
 
 
 @no_refcount_inline_kernel

@@ -1,13 +1,12 @@
 """Simulate the same particles with the model and with the readable reference."""
 
 import numpy as np
+from one_particle import NO_MAP, kernel_condition, prepared_rows, shaped_body
 from reference_model import Law, Setup, rebounds
 
 from tablegen.config.config import load_config
-from tablegen.model.impacts import condition_row
-from tablegen.model.random_particles import draw_particles, keys_of_run
 from tablegen.model.rebound import HEIGHT, MOTION_SIZE, place_before_impact
-from tablegen.model.shapes import MAX_VERTICES, NO_MAP, shaped_body
+from tablegen.model.shapes import MAX_VERTICES
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
@@ -22,9 +21,8 @@ def random_particles(population, condition, count, seed):
     Returns shape codes (n,), ratios b / a and c / b (n, 2), rotations from body to wall axes
     (n, 3, 3), and heights (n,).
     """
-    axes, kind = np.empty((count, 6)), np.empty((count, 3))
-    keys = keys_of_run(seed, 0, 0, count)
-    draw_particles(population.kernel_arguments(), condition_row(condition), keys, axes, kind)
+    rows, prepared = prepared_rows(population, condition, count, seed)
+    axes, kind, condition = prepared[:, :6], rows.grain, kernel_condition(condition)
     normal, axis = axes[:, :3], axes[:, 3:]
     rotations = np.stack([axis, normal, np.cross(axis, normal)], axis=1)
     codes, ratios = kind[:, 0].astype(np.int64), kind[:, 1:].copy()

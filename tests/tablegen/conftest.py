@@ -1,4 +1,6 @@
+import sys
 from functools import partial
+from pathlib import Path
 
 import pytest
 from tiny_tables import GENERATE, MEASURED, TINY, Tiny
@@ -8,6 +10,9 @@ from tablegen.tables import angle_path
 from tablegen.tables.generate import generate
 
 _TREES = "tablegen.accuracy.metrics.TREES"
+
+# independent models, and the model one particle at a time
+sys.path.append(str(Path(__file__).resolve().parents[1] / "reference"))
 
 
 @pytest.fixture

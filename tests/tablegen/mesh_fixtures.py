@@ -4,12 +4,13 @@ import itertools
 
 import numpy as np
 import trimesh
+from one_particle import NO_MAP, shaped_body
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
-from tablegen.model.shapes import MAX_VERTICES, NO_MAP, shaped_body
+from tablegen.model.shapes import MAX_VERTICES
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")

@@ -12,10 +12,10 @@
 #endif
 #define RBTI_MOST_ROWS RBT_DIRECT_ROWS
 
-/* Bring a condition into the range of the law. Without a spin the numbers of `spin` are 0. Returns the
-   flags. */
+/* Bring a condition into the range of the law. Without a spin the numbers of `spin` are 0. The law itself
+   takes the nearest inertia that the grain can have. Returns the flags. */
 static int rbti_enter_range(const rbt_direct_law *law, const double grain[3], double *alpha1,
-                            double *speed, double spin[3], double *inertia)
+                            double *speed, double spin[3], double inertia)
 {
     const int32_t shape = rbti_row_of_shape(&law->population, grain[0]);
     const double *g = law->population.shape_inertia + 2 * shape;
@@ -23,12 +23,12 @@ static int rbti_enter_range(const rbt_direct_law *law, const double grain[3], do
     const double least = g[1] * b * (1.0 + grain[2] * grain[2]), most = g[0] * (1.0 + b);
     const double size = sqrt(square), shorter = size > law->most_spin ? law->most_spin / size : 1.0;
     const double flattest = 2.0 * size * shorter / law->most_turned;
-    const double known = *inertia > 0.0 ? rbti_bounded(*inertia, least, most) : 0.5 * (least + most);
+    const double known = inertia > 0.0 ? rbti_bounded(inertia, least, most) : 0.5 * (least + most);
     const double effective = *speed * sqrt(1.0 + known * square);
     const int turns_too_often = rbti_is_outside(*alpha1, flattest, RBTI_HALF_PI);
     const int angle = rbti_is_outside(*alpha1, law->alpha1[0], law->alpha1[1]) | turns_too_often;
     const int beyond = rbti_is_outside(size, 0.0, law->most_spin) |
-                       rbti_inertia_is_beyond(*inertia, square, least, most);
+                       rbti_inertia_is_beyond(inertia, square, least, most);
     const int flags =
         angle * RBT_ANGLE | rbti_is_outside(*speed, law->speed[0], law->speed[1]) * RBT_SPEED |
         beyond * RBT_SPIN |
@@ -36,7 +36,6 @@ static int rbti_enter_range(const rbt_direct_law *law, const double grain[3], do
     *alpha1 = rbti_bounded(*alpha1, law->alpha1[0], law->alpha1[1]);
     *alpha1 = *alpha1 > flattest ? *alpha1 : flattest;
     *speed = rbti_bounded(*speed, law->speed[0], law->speed[1]);
-    *inertia = *inertia > 0.0 ? known : 0.0;
     for (int k = 0; k < 3; k++)
         spin[k] *= shorter;
     return flags;
@@ -97,7 +96,7 @@ RBTI_NOT_INLINED void rbti_simulate_rows(const rbt_table *table, const rbt_condi
             spin[3 * r] = spin[3 * r + 1] = spin[3 * r + 2] = inertia[r] = 0.0;
         } else {
             codes[r] = rbti_enter_range(law, grain + 3 * r, alpha1 + r, speed + r, spin + 3 * r,
-                                        inertia + r);
+                                        inertia[r]);
         }
     }
     if (!values)

@@ -3,10 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
-
-from tablegen.config.config import load_config
-from tablegen.model.audit import (
+from audit import (
     ANGULAR,
     AUDIT_SIZE,
     ENERGY,
@@ -16,18 +13,19 @@ from tablegen.model.audit import (
     PENETRATION,
     TANGENTIAL,
 )
+from one_particle import LEFT, NO_MAP, kernel_condition, rebound, shaped_body, workspace
+from scipy.spatial.transform import Rotation
+
+from tablegen.config.config import load_config
 from tablegen.model.jit import kernel
 from tablegen.model.rebound import (
-    LEFT,
     MOTION_SIZE,
     departing_spin,
     place_before_impact,
-    rebound,
     rotational_energy,
-    workspace,
 )
 from tablegen.model.rotation import ORDER, advance_motion, expand_motion, series_span
-from tablegen.model.shapes import MAX_VERTICES, NO_MAP, SHAPE_CODES, shaped_body
+from tablegen.model.shapes import MAX_VERTICES, SHAPE_CODES
 
 # called from Python here
 rotational_energy = kernel(rotational_energy)
@@ -123,7 +121,7 @@ class Rebound:
 
 def run_rebound(condition, body, rotation, law=LAW):
     """Follow one particle with a given orientation; audited."""
-    motion = motion_of(rotation)
+    condition, motion = kernel_condition(condition), motion_of(rotation)
     audit = np.zeros(AUDIT_SIZE)
     place_before_impact(condition, body, motion)
     status, collisions, _ = rebound(law, condition, body, motion, workspace(), audit)

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from free_rotation import FreeRotation
 from motion_fixtures import NON_SPHERICAL, body_of, motion_of, random_aspect, random_rotations
+from one_particle import fly_to_contact
 from scipy.optimize import brentq
 
 from tablegen.model.contact import contact_point
-from tablegen.model.rebound import CLEARANCE, HEIGHT, V, fly_to_contact
+from tablegen.model.rebound import CLEARANCE, HEIGHT, V
 from tablegen.model.rotation import ORDER
 from tablegen.model.shapes import support_depth
 

@@ -5,22 +5,18 @@ import math
 import contact_law_samples as samples
 import numpy as np
 import pytest
+from audit import AUDIT_SIZE, NORMAL, TANGENTIAL, audit_collision, state_after_impulse
 from motion_fixtures import CONFIG, POPULATION
+from one_particle import simulate_alone
 from test_collision import mobility_tuple, random_impacts
 
-from tablegen import DirectModel
+from sampler.errors import REBOUND_NOT_ENDED, InputError
 from tablegen.config.pairs import MaterialPair
-from tablegen.model.audit import (
-    AUDIT_SIZE,
-    NORMAL,
-    TANGENTIAL,
-    audit_collision,
-    state_after_impulse,
-)
 from tablegen.model.coulomb import PIECE_ALARM, Ending, coulomb_impulse
 from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.model.rotation import ORDER
 from tablegen.model.sliding import Friction
+from tablegen.simulation.direct import silent_model
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 COULOMB_1 = samples.SOURCE | {"law": "coulomb", "static": 1.0, "dynamic": 1.0}
@@ -164,10 +160,10 @@ def test_lanes_have_the_bits_of_single_particles_and_pass_the_audit(alpha_deg):
     for friction in (0.1, 2.0):
         given = pair_of(0.6, 1.2 * friction, friction), POPULATION
         condition = make_condition(math.radians(alpha_deg), 100.0)
-        single = simulate_condition(*given, condition, 40, seed=3, audited=True)
+        values, _, audit = simulate_alone(*given, condition, 40, seed=3)
         lanes = simulate_condition(*given, condition, 40, seed=3)
-        np.testing.assert_array_equal(lanes.state, single.state)
-        assert single.audit.max() < 1e-9
+        np.testing.assert_array_equal(lanes.state, values[:, :6])
+        assert audit.max() < 1e-9
 
 
 @pytest.mark.parametrize(("alpha_deg", "spin"), [(62.0, (0.0, 0.0, 0.0)), (10.0, (0.5, -1.0, 1.0))])
@@ -175,27 +171,30 @@ def test_rebounds_end_where_the_pull_of_the_wall_is_near_the_friction(alpha_deg,
     # of the second condition some 6 did not, and particle 11659 of the first
     config = CONFIG.with_changes({"pair": {"resistance": COULOMB_1}})
     keys = {"seed": 5, "index": np.arange(9700, 11700), "hit": 0, "threads": 1}
-    rebounds = DirectModel(config).sample(math.radians(alpha_deg), 200.0, spin=spin, **keys)
+    rebounds = silent_model(config).sample(math.radians(alpha_deg), 200.0, spin=spin, **keys)
     assert (rebounds[:, 1] > 0.0).all()
 
 
 def test_a_path_that_does_not_end_is_an_error_that_names_the_row(monkeypatch):
-    model = DirectModel(CONFIG.with_changes({"pair": {"resistance": COULOMB_1}}))
-    broken = model._arrays.law._replace(factor=math.nan)
-    model._arrays = model._arrays._replace(law=broken)
-    still = f"is still in contact after {COLLISION_ALARM:,} collisions, or {PIECE_ALARM:,} pieces"
-    with pytest.raises(RuntimeError, match=f"the particle at index [012] {still}"):
+    usual = MaterialPair.kernel_arguments
+
+    def broken(pair, only_spheres):
+        return usual(pair, only_spheres)._replace(factor=math.nan)
+
+    monkeypatch.setattr(MaterialPair, "kernel_arguments", broken)
+    config = CONFIG.with_changes({"pair": {"resistance": COULOMB_1}})
+    model, given = silent_model(config), ([10.0, -20.0, 0.0], [0.0, 1.0, 0.0], 1e-5)
+    with pytest.raises(InputError, match=r"did not leave the wall; .* at row 0 "):
         model.sample(0.5, 100.0, seed=1, index=range(3))
-    given = [10.0, -20.0, 0.0], [0.0, 1.0, 0.0], 1e-5
     for roughness in (None, 0.1):
-        with pytest.raises(RuntimeError, match=f"the particle at index [012] {still}"):
-            model.rebound(*given, seed=1, index=range(3), roughness=roughness)
-    monkeypatch.setattr(MaterialPair, "kernel_arguments", lambda *_: broken)
-    for audited in (False, True):
-        with pytest.raises(RuntimeError, match=f"particle [012] of seed 3, stream 0 {still}"):
-            simulate_condition(
-                CONFIG.pair, POPULATION, make_condition(0.5, 100.0), 3, seed=3, audited=audited
-            )
+        codes = np.empty(3, np.intc)
+        after = model.rebound(*given, seed=1, index=range(3), roughness=roughness, codes=codes)
+        assert set(codes) == {REBOUND_NOT_ENDED}
+        assert np.isnan(after.velocity).all()
+    still = f"is still in contact after {COLLISION_ALARM:,} collisions, or {PIECE_ALARM:,} pieces"
+    for simulated in (simulate_condition, simulate_alone):
+        with pytest.raises(RuntimeError, match=still if simulated is simulate_condition else ""):
+            simulated(config.pair, POPULATION, make_condition(0.5, 100.0), 3, seed=3)
 
 
 def test_audit_reports_another_friction_and_another_restitution():

@@ -67,7 +67,8 @@ def test_an_edit_of_a_called_function_reaches_its_callers(tmp_path):
     for name in ("tablegen", "sampler"):
         subprocess.run(["cp", "-r", root / name, tmp_path], check=True)
     script = (
-        "from tablegen.model.roughness import proposed_score as f; print(f(1.0, 0.1, 0.5, 0.5))"
+        "from tablegen.model.tumbling import axes_of_tumbling as f\n"
+        "print(f((0.1, 0.2, 0.3), 0.25, (0.0, 0.0, 1.0), (0.1, 0.2, 0.3)))"
     )
 
     def run():
@@ -77,15 +78,15 @@ def test_an_edit_of_a_called_function_reaches_its_callers(tmp_path):
             command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True
         )
         match = re.fullmatch(
-            r"compiling the .*\ncompiled proposed_score in \d+\.\d s\n", ended.stderr
+            r"compiling the .*\ncompiled axes_of_tumbling in \d+\.\d s\n", ended.stderr
         )
         return ended.stdout, match is not None
 
     before, compiled = run()
     assert compiled
     assert run() == (before, False)
-    callee = tmp_path / "tablegen" / "model" / "random_numbers.py"
-    callee.write_text(callee.read_text().replace("0.5 * math.erfc", "0.25 * math.erfc"))
+    callee = tmp_path / "tablegen" / "model" / "vectors.py"
+    callee.write_text(callee.read_text().replace("combine(cosine, zero", "combine(sine, zero"))
     after, compiled = run()
     assert compiled
     assert after != before

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from crowds import CROWD
 from motion_fixtures import ALLOWED, PAIR
+from one_particle import prepared_rows, shapes_of, simulate_alone
 
-from tablegen.model.impacts import condition_row
-from tablegen.model.random_particles import ParticleKeys, draw_grain, draw_particles
+from tablegen.model.random_particles import prepare_particles
 from tablegen.model.simd import WIDTH
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
@@ -16,12 +16,16 @@ SPINS = [(0.0, 0.0, 0.0), (1.0, -2.0, 3.0)]
 
 
 def same(pair, population, condition, count, seed=5):
-    """Compare a run in lockstep with an audited one, which follows one particle at a time."""
+    """Compare a run in lockstep with one that follows one particle at a time."""
     together = simulate_condition(pair, population, condition, count, seed=seed)
-    alone = simulate_condition(pair, population, condition, count, seed=seed, audited=True)
-    for field in ("state", "collisions", "shape", "aspect", "energy", "work", "inertia"):
-        np.testing.assert_array_equal(getattr(together, field), getattr(alone, field), field)
-    assert np.all(alone.audit <= ALLOWED), alone.audit
+    values, grain, audit = simulate_alone(pair, population, condition, count, seed=seed)
+    kinds = np.column_stack([together.shape, together.aspect])
+    np.testing.assert_array_equal(kinds, grain)
+    columns = together.state, together.energy[:, 1], together.collisions
+    np.testing.assert_array_equal(np.column_stack(columns), values[:, :8])
+    np.testing.assert_array_equal(together.work, values[:, 8:10] / values[:, 11:])
+    np.testing.assert_array_equal(together.inertia, values[:, 10])
+    assert np.all(audit <= ALLOWED), audit
     return together
 
 
@@ -30,7 +34,7 @@ def same(pair, population, condition, count, seed=5):
 def test_a_crowd_of_all_shapes_and_meshes(alpha_deg, spin, inertia):
     condition = make_condition(np.radians(alpha_deg), 200.0, spin, inertia=inertia)
     simulation = same(PAIR, CROWD, condition, 2000)
-    assert len(np.unique(simulation.shape)) == 6
+    assert len(np.unique(simulation.shape)) == 7
 
 
 @pytest.mark.parametrize("count", [1, WIDTH - 1, WIDTH, WIDTH + 1, 5 * WIDTH + 3])
@@ -38,20 +42,14 @@ def test_few_particles(count):
     same(PAIR, CROWD, make_condition(0.6, 150.0), count)
 
 
-def test_draws_in_lanes_are_those_of_one_particle():
-    population_args = CROWD.kernel_arguments()
-    index = np.arange(2**40, 2**40 + 1001, dtype=np.uint64)
-    hit, grain = np.arange(1001, dtype=np.uint32) % 3, np.ones(1, dtype=np.uint32)
-    keys = ParticleKeys(np.uint64(2**63 + 5), index, hit, grain)
-    axes, kind = np.empty((1001, 6)), np.empty((1001, 3))
-    conditions = np.repeat(
-        condition_row(make_condition(0.5, 200.0, SPINS[1], inertia=0.3)), 1001, axis=0
-    )
-    conditions[::2, 3:6] = 0.0
-    draw_particles(population_args, conditions, keys, axes, kind)
-    for i in range(len(axes)):
-        alone, one = np.empty((1, 6)), keys._replace(particle=index[i : i + 1], hit=hit[i : i + 1])
-        draw_particles(population_args, conditions[i : i + 1], one, alone, np.empty((1, 3)))
-        np.testing.assert_array_equal(alone[0], axes[i])
-        drawn = draw_grain(population_args, keys.seed, index[i], grain[0])
-        np.testing.assert_array_equal(drawn, kind[i])
+def test_particles_in_lanes_are_prepared_as_one_alone():
+    condition = make_condition(0.5, 200.0, SPINS[1], inertia=0.3)
+    rows, together = prepared_rows(CROWD, condition, 1001, 2**63 + 5)
+    rows.spin[::2] = 0.0
+    shapes = shapes_of(CROWD)
+    prepare_particles(shapes, rows, together)
+    for i in range(len(together)):
+        one = [array[i : i + 1] for array in rows[:-1]]
+        alone = np.empty((1, together.shape[1]))
+        prepare_particles(shapes, type(rows)(*one, rows.seed), alone)
+        np.testing.assert_array_equal(alone[0], together[i])

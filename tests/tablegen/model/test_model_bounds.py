@@ -17,7 +17,7 @@ CONFIG = load_config("corundum-steel")
 def test_spin_is_bounded_by_the_turns_of_a_particle_before_it_meets_the_wall():
     alpha1 = np.radians(0.01)
     most = 0.5 * bounds.MOST_TURNED * math.sin(alpha1)
-    assert make_condition(alpha1, 200.0, (0.0, 0.999 * most, 0.0)).tolerance > 0.0
+    assert make_condition(alpha1, 200.0, (0.0, 0.999 * most, 0.0)).spin[1] > 0.0
     refused("spin", make_condition, alpha1, 200.0, (0.0, 1.001 * most, 0.0))
 
 

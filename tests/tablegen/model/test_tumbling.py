@@ -11,18 +11,18 @@ from motion_fixtures import (
     body_of,
     energy_of,
     fly,
+    kernel_condition,
     motion_of,
     place_before_impact,
     random_aspect,
     random_rotations,
     rotation_of,
 )
+from one_particle import prepared_rows
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk, ellipkinc
 from scipy.stats import ks_2samp, kstest
 
-from tablegen.model.impacts import condition_row
-from tablegen.model.random_particles import draw_particles, keys_of_run
 from tablegen.model.reach import MARGIN, tumbling_reach
 from tablegen.model.shapes import support_depth
 from tablegen.model.tumbling import axes_of_tumbling, jacobi, momentum_direction
@@ -117,7 +117,8 @@ def test_momentum_and_energy_are_exactly_those_of_the_four_numbers(moments):
         np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
         body = body_of("ellipsoid")._replace(moments=moments)
         motion = motion_of(rotation)
-        place_before_impact(make_condition(1.0, 100.0, spin, inertia=inertia), body, motion)
+        condition = kernel_condition(make_condition(1.0, 100.0, spin, inertia=inertia))
+        place_before_impact(condition, body, motion)
         scale = inertia * np.linalg.norm(spin)
         momentum = angular_momentum_of(moments, motion)
         np.testing.assert_allclose(momentum, inertia * spin, atol=1e-12 * scale)
@@ -127,10 +128,9 @@ def test_momentum_and_energy_are_exactly_those_of_the_four_numbers(moments):
 
 def drawn(population, condition, count=20_000, seed=3):
     """Rotations from body to wall axes, (n, 3, 3), and grains."""
-    axes, kind = np.empty((count, 6)), np.empty((count, 3))
-    keys = keys_of_run(seed, 0, 0, count)
-    draw_particles(population.kernel_arguments(), condition_row(condition), keys, axes, kind)
-    return np.stack([axes[:, 3:], axes[:, :3], np.cross(axes[:, 3:], axes[:, :3])], axis=1), kind
+    rows, prepared = prepared_rows(population, condition, count, seed)
+    n, x = prepared[:, :3], prepared[:, 3:6]
+    return np.stack([x, n, np.cross(x, n)], axis=1), rows.grain
 
 
 class TestDrawn:

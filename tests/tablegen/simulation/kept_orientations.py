@@ -5,19 +5,11 @@ Grains bounce in a cylinder without gas, and their speed is set back after each 
 """
 
 import numpy as np
+from one_particle import LEFT, rebound, workspace
 
 from tablegen.model.impacts import impact_condition
 from tablegen.model.jit import kernel
-from tablegen.model.rebound import (
-    LEFT,
-    U,
-    V,
-    W,
-    departing_spin,
-    place_before_impact,
-    rebound,
-    workspace,
-)
+from tablegen.model.rebound import U, V, W, departing_spin, place_before_impact
 from tablegen.model.rotation import ORDER, advance_motion, expand_motion, series_span
 from tablegen.model.vectors import combine, cross, dot, unit
 

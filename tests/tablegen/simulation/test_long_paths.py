@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from kept_orientations import FIRST, SPEED, kept_chain
+from one_particle import NO_MAP, shaped_body
 
 from tablegen.config.config import load_config
 from tablegen.model.rebound import MOTION_SIZE
 from tablegen.model.rotation import set_orientation
-from tablegen.model.shapes import MAX_VERTICES, NO_MAP, shaped_body
+from tablegen.model.shapes import MAX_VERTICES
 from tablegen.simulation.direct import silent_model
 
 CONFIG = load_config("corundum-steel")

@@ -1,19 +1,14 @@
 """Direct rebounds from rough walls: the runtime's facets, spin and grain kept, no energy gained."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from refusals import refused
+from rough_wall import facets, seed_of_bounce
 
 import sampler
 from sampler.arguments import MAX_ROUGHNESS
 from tablegen.config.config import load_config
 from tablegen.simulation.direct import DirectModel, silent_model
-
-sys.path.append(str(Path(__file__).resolve().parents[2] / "reference"))
-from rough_wall import facets, seed_of_bounce
 
 MODEL = silent_model(load_config("corundum-steel"))
 UP, HALF_SIZE, N = np.array([0.0, 1.0, 0.0]), 1e-5, 400
