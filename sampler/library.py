@@ -190,7 +190,8 @@ class OpenTable(Opened):
             moved = aligned(image.size)
             moved[:] = image
             image = moved
-        super().__init__(lambda place: library().rbt_open_image(image.ctypes.data, image.size, place))
+        address, size = image.ctypes.data, image.size
+        super().__init__(lambda place: library().rbt_open_image(address, size, place))
         self.image = image
 
     def __reduce__(self) -> tuple[Any, ...]:

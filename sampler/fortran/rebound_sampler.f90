@@ -83,7 +83,7 @@ module rebound_sampler
   type, bind(c) :: c_rebounds
     type(c_ptr) :: velocity = c_null_ptr, omega = c_null_ptr, inertia = c_null_ptr, &
         works = c_null_ptr, codes = c_null_ptr
-    integer(c_size_t) :: bad = 0, first_bad = 0, flagged(4) = 0
+    integer(c_size_t) :: bad = 0, first_bad = 0, flagged(8) = 0
   end type c_rebounds
   ! end records
 

@@ -164,18 +164,33 @@ def simulate_condition(
     law = DirectLaw(
         DirectParts.from_parts(pair, population, condition.numerics, instant=condition.instant)
     )
-    parts = []
+    result = Simulation(
+        state=np.empty((count, 6)),
+        collisions=np.empty(count, dtype=np.int64),
+        shape=np.empty(count, dtype=np.int64),
+        aspect=np.empty((count, 2)),
+        energy=np.empty((count, 2)),
+        work=np.empty((count, 2)),
+        inertia=np.empty(count),
+    )
+
+    def work(part: slice) -> None:
+        _simulate_slice(law, condition, part, seed, stream, result)
+
     with bar(progress, "rebound", total=count, unit_scale=True, desc="simulating") as counted:
-        work = lambda part: _simulate_slice(law, condition, part, seed, stream)  # noqa: E731
-        for part, simulation in in_slices(work, count, workers):
-            parts.append(simulation)
+        for part, _ in in_slices(work, count, workers):
             counted.update(part.stop - part.start)
-    return _joined(parts)
+    return result
 
 
 def _simulate_slice(
-    law: DirectLaw, condition: ImpactCondition, part: slice, seed: int, stream: int
-) -> Simulation:
+    law: DirectLaw,
+    condition: ImpactCondition,
+    part: slice,
+    seed: int,
+    stream: int,
+    result: Simulation,
+) -> None:
     """Simulate the particles of a slice; raise `RuntimeError` if one does not leave the wall."""
     index, hit = np.arange(part.start, part.stop, dtype=np.uint64), np.array([stream], np.uint32)
     arrays = {
@@ -195,25 +210,13 @@ def _simulate_slice(
             "contact_resolution ends a chain of collisions"
         )
     kind, variables = grains(law, seed, index, index.size, hit), run.variables
-    before = run.energy_before[:, None]
-    moving = np.square(variables[:, :3]).sum(axis=1, keepdims=True)
-    return Simulation(
-        state=variables[:, :6],
-        collisions=variables[:, _COLLISIONS].astype(np.int64),
-        shape=kind[:, 0].astype(np.int64),
-        aspect=kind[:, 1:],
-        energy=np.hstack([moving / before, variables[:, _ROTATION, None]]),
-        work=variables[:, _WORKS] / before,
-        inertia=run.inertia,
-    )
-
-
-def _joined(parts: list[Simulation]) -> Simulation:
-    """Put the particles of slices one after another."""
-    names = Simulation.__dataclass_fields__
-    return Simulation(
-        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-    )
+    moving = np.square(variables[:, :3]).sum(axis=1)
+    result.state[part], result.inertia[part] = variables[:, :6], run.inertia
+    result.collisions[part] = variables[:, _COLLISIONS]
+    result.shape[part], result.aspect[part] = kind[:, 0], kind[:, 1:]
+    result.energy[part, 0] = moving / run.energy_before
+    result.energy[part, 1] = variables[:, _ROTATION]
+    result.work[part] = variables[:, _WORKS] / run.energy_before[:, None]
 
 
 def simulate(

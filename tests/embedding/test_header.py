@@ -123,7 +123,7 @@ static void give(void *memory) { balance -= memory != NULL; free(memory); }
 """
     program = build_main(tmp_path, body, before, flags)
     needed = 2 if flags else 1  # the file and the table, or the table only
-    expected = "".join("-22 0 " if most < needed else "0 0 " for most in range(3))
+    expected = "".join("-17 0 " if most < needed else "0 0 " for most in range(3))
     assert toolchain.run(program, VECTORS / "full.rbt") == expected
 
 
@@ -148,7 +148,7 @@ def test_memory_that_is_not_aligned(library):
     good, table = (VECTORS / "full.rbt").read_bytes(), toolchain.ctypes.c_void_p()
     data = np.zeros(len(good) + 128, np.uint8)
     start = -data.ctypes.data % 64
-    for shift, code in ((0, 0), (8, -30)):
+    for shift, code in ((0, 0), (8, -25)):
         place = data[start + shift : start + shift + len(good)]
         place[:] = np.frombuffer(good, np.uint8)
         got = library.rbt_open_memory(place.ctypes.data, len(good), toolchain.ctypes.byref(table))

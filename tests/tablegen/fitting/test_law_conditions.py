@@ -231,7 +231,7 @@ def test_half_of_the_grains_follow_the_population_and_half_are_even():
 
 def box_population(population):
     corners = tuple(map(tuple, box(0.8, 0.4).tolist()))
-    return population.with_mesh(MeshFile("box", corners, len(corners), 1.0))
+    return population.with_mesh(MeshFile("box", corners, len(corners), 1.0, False))
 
 
 def test_spheres_fixed_grains_and_meshes_keep_their_ratios():
@@ -258,7 +258,7 @@ def test_a_mesh_whose_extents_do_not_decrease_has_ratios_that_a_table_can_store(
     """Its moments decide the order of its axes, and stay those of the mesh."""
     spiked = np.concatenate([box(0.8, 0.78), [[0.0, 0.0, 1.1], [0.0, 0.0, -1.1]]])
     corners = tuple(map(tuple, spiked.tolist()))
-    population = CONFIG.population.with_mesh(MeshFile("spiked", corners, len(corners), 1.0))
+    population = CONFIG.population.with_mesh(MeshFile("spiked", corners, len(corners), 1.0, False))
     ranges = ratio_range(population, FIRST_MESH)
     np.testing.assert_array_equal(ranges[:, 0], ranges[:, 1])
     assert (ranges >= LEAST_RATIO).all()
