@@ -49,9 +49,8 @@ def configuration(kind):
     """Configuration in which nothing is random, or ratios or conditions do not vary."""
     if kind == "mesh":
         corners = tuple(map(tuple, box(0.8, 0.4).tolist()))
-        population = SPINNING.population.with_mesh(
-            MeshFile("box", corners, len(corners), 1.0, False)
-        )
+        mesh = MeshFile("box", corners, len(corners), 1.0, False)
+        population = SPINNING.population.with_mesh(mesh)
         fields = population.model_dump(mode="json", by_alias=True)
         return SPINNING.with_changes({"population": fields})
     changes = {
