@@ -47,8 +47,9 @@ def _odd(value: int | None) -> int | None:
 PLANE = ("u", "v", "omega_z")
 _OUT_OF_PLANE = ("w", "omega_x", "omega_y")
 
-#: Speed after the sixth wall over the speed before the first wall; few particles are slower.
-_SLOWED = 0.02
+#: Speeds after walls over the speed before the first wall: after the sixth, and after the second.
+#: Few particles are slower.
+_SLOWED_BY_SIX, _SLOWED_BY_TWO = 0.02, 0.05
 
 #: A largest angle of fewer degrees than this was probably given in radians.
 _LIKE_RADIANS = 2.0
@@ -241,11 +242,13 @@ class Config(Record):
     def speeds(self) -> tuple[float, float]:
         """Range of impact speeds [m/s] that are simulated for the spin law.
 
-        If rebounds do not depend on the speed, it includes speeds after several walls.
+        It includes the speeds at which particles meet the next walls, where the law of a pair that
+        was measured at a few speeds is extrapolated. If rebounds do not depend on the speed, there
+        are several such walls.
         """
         first, last = self.domain.speed
-        free = not self.pair.restitution.depends_on_speed
-        return (min(first, _SLOWED * last) if free else first), last
+        depends = self.pair.restitution.depends_on_speed
+        return min(first, (_SLOWED_BY_TWO if depends else _SLOWED_BY_SIX) * last), last
 
     def speed_coordinate(self, speed: ArrayLike) -> NDArray[np.float64]:
         """Compute the abscissa for interpolation in speed, which the law of restitution defines."""

@@ -393,6 +393,18 @@ def check_energy(contents, n, seed):
 class TestCodes:
     """Of a rebound, written beside it."""
 
+    def test_speeds_of_the_law_below_those_of_first_impacts_are_extrapolated_only(self):
+        """Grains of a pair that was measured at 50 m/s and more meet the next wall at 20 m/s."""
+        slow = CONTENTS["spin/speed_range"] * [0.2, 1.0]
+        contents = replace(CONTENTS, datasets=CONTENTS.datasets | {"spin/speed_range": slow})
+        velocity, codes = np.outer([20.0, 30.0, 5.0], [0.6, -0.8, 0.0]), np.zeros(3, np.intc)
+        given = {"grain": [[1, 0.8, 0.8]] * 3, "seed": 1, "index": [0, 0, 0], "codes": codes}
+        after = sampler.Table(contents, outside="clamp").rebound(velocity, (0, 1, 0), 1e-5, **given)
+        far = errors.EXTRAPOLATED
+        assert codes.tolist() == [far, far, far | errors.SPEED]
+        # draws are those of their own speeds, and not of the nearest speed of first impacts
+        assert not np.allclose(after[0][0] / 20.0, after[0][1] / 30.0)
+
     @pytest.mark.parametrize("outside", ["clamp", "raise"])
     def test_codes_are_of_each_row_and_none_raises(self, outside):
         table = sampler.Table(CONTENTS, outside=outside)

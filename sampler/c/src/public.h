@@ -526,7 +526,7 @@ typedef struct rbt_spin_law {
     int32_t n_nodes, n_leaves, n_knots, n_outcomes;
     double least_spin, most_spin; /* Squares of the sizes of the spin that it covers. */
     double alpha_first, alpha_last, speed_first, speed_last; /* Ends of the conditions of draws. */
-    double speed_high; /* Largest effective speed V_e without a flag. */
+    double speed_low, speed_high; /* Effective speeds V_e without a flag. */
     double speed_scale, speed_exponent; /* Of the coordinate of the speed, in units of speed_last. */
     const double *kappa_quantiles;
     const int32_t *roots;

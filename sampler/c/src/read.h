@@ -27,7 +27,7 @@ static RBT_DEVICE void rbti_fill_spin_law(rbt_spin_law *law, const rbti_header *
     law->n_outcomes = (int32_t)h->n_outcomes;
     law->alpha_first = h->spin_alpha[0];
     law->alpha_last = h->spin_alpha[1];
-    law->speed_first = h->spin_speed[0];
+    law->speed_first = law->speed_low = h->spin_speed[0];
     law->speed_last = law->speed_high = h->spin_speed[1];
     law->speed_scale = h->spin_coordinate[0];
     law->speed_exponent = h->spin_coordinate[1];
@@ -68,7 +68,7 @@ static RBT_DEVICE void rbti_fill_table(rbt_table *table, const rbti_header *h)
     memcpy(table->population.aspect, h->aspect, sizeof h->aspect);
     rbti_fill_spin_law(&table->spin, h);
     if (table->spheres || h->flags & RBTI_SPEED_INDEPENDENT) { /* any speed that is positive and finite */
-        table->speed.low = RBTI_LEAST_ANY_SPEED;
+        table->speed.low = table->spin.speed_low = RBTI_LEAST_ANY_SPEED;
         table->speed.high = table->spin.speed_high = RBTI_MOST_ANY_SPEED;
     }
     if (table->spheres) { /* any angle and spin */

@@ -66,8 +66,8 @@ RBTI_INLINE RBT_DEVICE double rbti_effective_speed(const rbt_table *table, doubl
 
 /* Flags of a condition with a spin, without branches. `root` is the square root of E, `square` is the
    square of the size of the spin, and `inertia_is_beyond` says whether the inertia lies beyond the
-   moments of the grain. A speed is outside if V is above the speeds of the table, if V_e = root V is
-   below them, or if V_e is above the speeds of the spin law. */
+   moments of the grain. A speed is outside if V is above the speeds of the table, or if
+   V_e = root V is outside the speeds of the spin law. */
 RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1, double speed,
                                            double root, double square, int inertia_is_beyond)
 {
@@ -76,7 +76,7 @@ RBTI_INLINE RBT_DEVICE int rbti_spin_flags(const rbt_table *table, double alpha1
     const double rounding = 2.0 * RBTI_SINGLE_ROUNDING; /* as of rbti_is_outside, for a square */
     const int beyond = (square < law->least_spin * (1.0 - rounding)) |
                        (square > law->most_spin * (1.0 + rounding));
-    const int fast = rbti_is_outside(effective, table->speed.low, law->speed_high) |
+    const int fast = rbti_is_outside(effective, law->speed_low, law->speed_high) |
                      rbti_is_outside(speed, 0.0, table->speed.high);
     const int unmeasured = rbti_is_outside(effective, table->valid_speed[0], table->valid_speed[1]);
     return rbti_is_outside(alpha1, law->alpha_first, law->alpha_last) * RBT_ANGLE | fast * RBT_SPEED |
