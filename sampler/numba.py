@@ -252,6 +252,13 @@ _mean_inertia = _library_function(
 _sphericity = _library_function(
     "rbt_sphericity", {"handle": _HANDLE, "grain": _VECTOR}, count=0, returns=types.float64
 )
+_moment_of_inertia = _library_function(
+    "rbt_moment_of_inertia",
+    {"handle": _HANDLE, "seed": _SEED, "index": _INDEX}
+    | dict.fromkeys(("inertia", "mass", "half_size", "diameter"), _NUMBER),
+    count=0,
+    returns=types.float64,
+)
 _deposits = _library_function(
     "rbt_deposits",
     {
@@ -453,6 +460,39 @@ def mean_inertia(handle: int, grain: Vector) -> float:
 def sphericity(handle: int, grain: Vector) -> float:
     """Compute the sphericity of a grain; see `sampler.sphericity`. 0: not in the table."""
     return _sphericity(handle, grain)[0]
+
+
+@numba.njit(nogil=True)
+def moment_of_inertia(
+    handle: int,
+    seed: int,
+    index: int,
+    inertia: float,
+    mass: float,
+    half_size: float,
+    diameter: float,
+) -> float:
+    """Compute the moment of inertia of a particle about its spin [kg m^2], for `spin_after`.
+
+    Parameters
+    ----------
+    handle, seed, index : int
+        As for `sample`.
+    inertia : float
+        Inertia k over m a^2, as a rebound gives it. If it is 0, not known, the mean moment of the
+        particle's grain is taken; if the table does not have that, the moment of a sphere.
+    mass : float
+        Mass of the particle [kg].
+    half_size, diameter : float
+        Largest half-size a, and diameter of the sphere of equal volume [m].
+
+    Returns
+    -------
+    float
+        k m a^2.
+    """
+    _check_keys(seed, index, 0)
+    return _moment_of_inertia(handle, seed, index, inertia, mass, half_size, diameter)[0]
 
 
 @numba.njit(nogil=True)

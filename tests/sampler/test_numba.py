@@ -166,6 +166,10 @@ def test_grains_and_their_sizes():
         table, 6e-5, grain
     )
     assert np.isnan(sampler.numba.grain(0, 5, 8)).all()
+    mean = sampler.mean_inertia(table, grain)
+    for handle, k, moment in ((table.handle, 0.3, 0.3), (table.handle, 0.0, mean), (0, 0.0, 0.9)):
+        given = sampler.numba.moment_of_inertia(handle, 5, 8, k, 2e-12, 1e-5, 3e-5)
+        assert given == pytest.approx(moment * 2e-22, rel=1e-14)
 
 
 CACHED = """
