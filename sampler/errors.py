@@ -35,7 +35,8 @@ CODES = (
     Code("EXTRAPOLATED", 8, "the material pair was not measured at this speed"),
     Code("ERR_MISSING", -1, "the table or a required array is missing (NULL, or a handle of 0)"),
     Code("ERR_NOT_FINITE", -2,
-        "an argument is NaN or infinite, a speed is 1e150 m/s or more, or an inertia is negative"),
+        "an argument, or the square of a speed or a spin, is NaN or infinite; or an inertia is "
+        "negative"),
     Code("ERR_NOT_APPROACHING", -3,
         "the particle moves away from the wall, or alpha1 is not above 0 and at most pi/2 rad; "
         "leave its velocity unchanged; if every particle has this code, the normals point into "

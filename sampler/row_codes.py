@@ -130,6 +130,8 @@ class RowCodes:
                     "from the smallest to the largest moment of inertia of the grain, over m a^2, "
                     "or 0 if it is not known",
                 )
+        if kind == "speed" and covered.speed is None:
+            allowed = f"speeds from {ends_text(ANY_SPEED)} m/s"
         if "roughness" in arrays:
             given += " or on a facet of its rough wall"
         allowed += f", the range of the table {self.pair}"

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refused
 from spin_tables import with_spin_law
 
 import sampler
@@ -35,6 +36,13 @@ def test_every_speed_is_inside_and_has_the_draws_of_the_nearest(anywhere, table)
             for one in (free, table)
         ),
     )
+
+
+def test_what_is_any_speed(anywhere):
+    free = sampler.Table(anywhere, outside="raise")
+    for speed in (1e-310, 1e301):
+        line = refused("speed", free.sample, 0.7, speed, seed=1, index=0)
+        assert "allowed: speeds from 1e-300 to 1e+300 m/s, the range of" in line
 
 
 def test_no_speed_is_outside_the_spin_law(anywhere, contents):

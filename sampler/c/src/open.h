@@ -113,8 +113,8 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_EXTRAPOLATED, "the material pair was not measured at this speed"},
         {RBT_ERR_MISSING, "the table or a required array is missing (NULL, or a handle of"
          " 0)"},
-        {RBT_ERR_NOT_FINITE, "an argument is NaN or infinite, a speed is 1e150 m/s or more, "
-         "or an inertia is negative"},
+        {RBT_ERR_NOT_FINITE, "an argument, or the square of a speed or a spin, is NaN or "
+         "infinite; or an inertia is negative"},
         {RBT_ERR_NOT_APPROACHING, "the particle moves away from the wall, or alpha1 is not above "
          "0 and at most pi/2 rad; leave its velocity unchanged; if every"
          " particle has this code, the normals point into the wall"},
