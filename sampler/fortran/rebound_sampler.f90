@@ -18,8 +18,8 @@
 ! Angles are in radians, everything else is in SI units. Rows, and the variables of a state, count from 1.
 ! Unsigned integers of C are integers of the same size with the same bits: index -1 is the largest index.
 module rebound_sampler
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, &
-      c_int32_t, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_funloc, &
+      c_funptr, c_int, c_int32_t, c_int64_t, c_loc, c_null_char, c_null_ptr, c_ptr, c_size_t
   implicit none
   private
 
@@ -27,6 +27,7 @@ module rebound_sampler
   public :: rbt_open, rbt_close, rbt_strerror, rbt_is_open
   public :: rbt_covered, rbt_has_spin_law, rbt_variables, rbt_pair
   public :: rbt_sample, rbt_rebound, rbt_grains
+  public :: rbt_use_direct, rebound_direct
   public :: rbt_wall_tilt, rbt_gas_torque, rbt_spin_after
   public :: rbt_half_size, rbt_mean_inertia, rbt_sphericity, rbt_mean_half_size, rbt_moment_of_inertia
   public :: rbt_critical_speed, rbt_deposits
@@ -99,6 +100,19 @@ module rebound_sampler
   end interface rbt_grains
 
   interface
+    ! Direct simulation, in the object that `tablegen export-direct` writes, for rbt_use_direct. It is data
+    ! of C, so never call it. It is declared as a procedure because then only programs that name it need
+    ! the object.
+    subroutine rebound_direct() bind(c)
+    end subroutine rebound_direct
+
+    function c_use_direct(table, law) result(code) bind(c, name="rbt_use_direct")
+      import :: c_funptr, c_int, c_ptr
+      type(c_ptr), value :: table
+      type(c_funptr), value :: law
+      integer(c_int) :: code
+    end function c_use_direct
+
     function c_open(path, table) result(code) bind(c, name="rbt_open")
       import :: c_char, c_int, c_ptr
       character(kind=c_char), intent(in) :: path(*)
@@ -304,6 +318,19 @@ contains
 
     text = fortran_text(c_pair(table%handle))
   end function rbt_pair
+
+  ! Let rebounds and states of the table be those of direct simulation from now on:
+  !
+  !     code = rbt_use_direct(table, rebound_direct)
+  !
+  ! After an error the table draws as before.
+  function rbt_use_direct(table, law) result(code)
+    type(rbt_table), intent(in) :: table
+    procedure(rebound_direct) :: law
+    integer(c_int) :: code
+
+    code = c_use_direct(table%handle, c_funloc(law))
+  end function rbt_use_direct
 
   ! What the table covers.
   function rbt_covered(table, range) result(code)
@@ -535,7 +562,7 @@ contains
     real(c_double), intent(inout), contiguous, target, optional :: works(:, :)
     integer(c_int), intent(inout), contiguous, target, optional :: codes(:)
     integer, intent(out), optional :: bad, first_bad  ! rows with an error; first of them, 0: none
-    integer, intent(out), optional :: flagged(4)  ! rows with RBT_ANGLE, _SPEED, _SPIN, _EXTRAPOLATED
+    integer, intent(out), optional :: flagged(8)  ! rows with the flag 2**(k - 1), in place k
     integer(c_int) :: code
     integer :: n
     logical :: agree

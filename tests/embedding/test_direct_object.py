@@ -19,7 +19,7 @@ from tablegen.simulation.direct_law import (
     LawRecord,
     PopulationRecord,
 )
-from tablegen.simulation.exported_law import HEADER, OBJECT, Target, direct_files
+from tablegen.simulation.exported_law import OBJECT, Target, direct_files
 
 HERE = Path(__file__).resolve().parent
 #: A table without a spin law, with which any population goes.
@@ -41,23 +41,35 @@ CASES = {
 
 
 @pytest.fixture(scope="session")
-def built(tmp_path_factory):
-    """Build the program with the object of a case, and return it; each is built once."""
-    folder, programs = tmp_path_factory.mktemp("direct"), {}
-    common = folder / "hits.o"
-    (folder / HEADER).write_text('#include "rebound_sampler.h"\n')
+def objects(tmp_path_factory):
+    """Write the object and the header of a case, and return their folder; each is made once."""
+    parent, folders = tmp_path_factory.mktemp("direct"), {}
 
-    def build(case, target=None):
-        if case not in programs:
+    def make(case):
+        if case not in folders:
             config, population = CASES[case]
             parts = DirectParts.from_config(config, population)._replace(pair=PAIR)
-            files = direct_files(parts, target or Target.of_this_machine())
-            (folder / HEADER).write_bytes(files[HEADER])
+            folders[case] = parent / case.replace(" ", "-")
+            folders[case].mkdir()
+            for name, data in direct_files(parts, Target.of_this_machine()).items():
+                (folders[case] / name).write_bytes(data)
+        return folders[case]
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def built(objects, tmp_path_factory):
+    """Build the program in C with the object of a case, and return it; each is built once."""
+    common, programs = tmp_path_factory.mktemp("hits") / "hits.o", {}
+
+    def build(case):
+        if case not in programs:
+            folder = objects(case)
             if not common.exists():  # the same for all cases
                 flags = [f"-I{folder}", "-c", "-O1"]
                 toolchain.compile_with("gcc", [*flags, HERE / "direct_hits.c"], common)
-            (folder / OBJECT).write_bytes(files[OBJECT])
-            programs[case] = folder / case.replace(" ", "-")
+            programs[case] = folder / "program"
             toolchain.compile_with("gcc", [common, folder / OBJECT, "-lm"], programs[case])
         return programs[case]
 
@@ -120,6 +132,23 @@ def test_batches_do_not_matter(built, tmp_path):
     for batch in (1, 7, 513):
         part = hits_in_c(built("rough walls"), given, tmp_path, 0.2, batch)
         np.testing.assert_array_equal(part, whole)
+
+
+@pytest.mark.parametrize("compiler", ["gfortran", "g++"])
+def test_other_languages_have_the_bits_of_the_model(compiler, objects, tmp_path):
+    given, folder = impacts(300), objects("each shape")
+    if compiler == "gfortran":
+        sources = [HERE / "direct_hit.f90", folder / OBJECT]
+        program = toolchain.build_fortran(sources, tmp_path)
+    else:
+        common, program = tmp_path / "hit.o", tmp_path / "program"
+        flags = [*toolchain.QUICK, f"-I{folder}", "-c"]
+        toolchain.compile_with(compiler, [*flags, HERE / "direct_hit.cpp"], common)
+        toolchain.compile_with(compiler, [common, folder / OBJECT, "-lm"], program)
+    (tmp_path / "impacts").write_bytes(given.tobytes())
+    toolchain.run(program, TABLE, tmp_path / "impacts", len(given), tmp_path / "results")
+    results = np.fromfile(tmp_path / "results").reshape(len(given), 10)
+    np.testing.assert_array_equal(results, hits_in_python("each shape", given)[0])
 
 
 def test_the_program_needs_no_python(built):
