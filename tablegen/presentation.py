@@ -58,21 +58,6 @@ _SETTINGS: Any = {
 }
 
 
-class Picture(NamedTuple):
-    """Figure as a file in memory, with a title and a text that describes it."""
-
-    name: str
-    title: str
-    alternative: str
-    data: bytes
-
-    @property
-    def media_type(self) -> str:
-        """Media type of the file."""
-        kinds = {"svg": "image/svg+xml", "pdf": "application/pdf"}
-        return kinds.get(self.name.rpartition(".")[2], "image/png")
-
-
 def require_matplotlib(flag: str) -> None:
     """Import matplotlib for a command; raises `InputError` if the option `flag` cannot have it.
 
@@ -119,14 +104,17 @@ def legend_below(figure: Any, columns: int = 3) -> None:
     figure.legend(handles.values(), handles, loc="outside lower center", ncols=columns)
 
 
-def make_picture(figure: Any, name: str, title: str, alternative: str) -> Picture:
-    """Return a figure as a file in memory; the same figure gives the same bytes."""
+def make_picture(figure: Any, name: str) -> bytes:
+    """Return a figure as the bytes of a file; the ending of the name selects the format.
+
+    The same figure gives the same bytes.
+    """
     kind = name.rpartition(".")[2]
     buffer = io.BytesIO()
     # Date and version of matplotlib would differ between equal figures, so they are left out.
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind, {"Software": None})
     figure.savefig(buffer, format=kind, dpi=130, metadata=metadata)
-    return Picture(name, title, alternative, buffer.getvalue())
+    return buffer.getvalue()
 
 
 def table_lines(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
@@ -146,8 +134,6 @@ class TextTable(NamedTuple):
     caption: str
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
-    #: "words" if the cells are sentences, which an HTML page then aligns left.
-    style: str = ""
 
     def __str__(self) -> str:
         return "\n".join([self.caption, *table_lines(self.head, self.rows)])

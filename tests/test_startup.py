@@ -15,7 +15,7 @@ from documents import ROOT
 
 #: Packages that take a tenth of a second or more, or that a help page has no use for.
 HEAVY = ("distributed", "h5py", "llvmlite", "matplotlib", "mpi4py", "numba", "numpy")
-HEAVY += ("jinja2", "pydantic", "scipy", "sklearn", "threadpoolctl", "tqdm", "trimesh")
+HEAVY += ("pydantic", "scipy", "sklearn", "threadpoolctl", "tqdm", "trimesh")
 
 PAGES = [*PROGRAMS, *(f"{name} {c}" for name, cli in PROGRAMS.items() for c in cli.commands)]
 

@@ -95,7 +95,7 @@ def calibrate(
     if json_file is not None:
         write_text(json_file, json_text(calibration.to_dict()))
     if picture is not None:
-        write_bytes(picture, fit_picture(calibration, picture.name).data)
+        write_bytes(picture, fit_picture(calibration, picture.name))
     for line in fit_lines(calibration):
         click.echo(line)
     click.echo(

@@ -84,6 +84,6 @@ def compare(
         trees = [comparison.comparison_tree(result) for result in results]
         write_text(json_file, json_text(trees[0] if one else {"ranking": trees}))
     if picture:
-        write_bytes(picture, comparison_picture(results[0], picture.name).data)
+        write_bytes(picture, comparison_picture(results[0], picture.name))
     click.echo(comparison.comparison_text(*results) if one else comparison.ranking_text(results))
     return DONE

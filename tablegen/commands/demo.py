@@ -73,7 +73,7 @@ def _draw_both(config: "Config", output: Path) -> tuple["FloatArray", "FloatArra
     import numpy as np
 
     import sampler
-    from tablegen.evidence.benchmark import best_seconds
+    from tablegen.evidence.error_against_time import best_seconds
     from tablegen.simulation.simulate import simulate
 
     table, alpha1 = sampler.load(output), math.radians(_ALPHA_DEG)
@@ -106,7 +106,7 @@ def _picture_path(table: Path) -> Path:
 def _picture_text(direct: "FloatArray", drawn: "FloatArray", table: Path) -> str:
     """Draw the joint density from both sources, and return a line about the picture."""
     from sampler.files import write_bytes
-    from tablegen.evidence.plots import Source, joint_picture
+    from tablegen.evidence.pictures import Source, joint_picture
     from tablegen.presentation import require_matplotlib
 
     try:
@@ -118,7 +118,6 @@ def _picture_text(direct: "FloatArray", drawn: "FloatArray", table: Path) -> str
         [Source("direct simulation", direct), Source("table", drawn)],
         path.name,
         f"Rebound velocities at {_ALPHA_DEG:g}° and {_SPEED:g} m/s",
-        "Joint density of the velocities along and normal to the wall: the two panels look alike.",
     )
-    write_bytes(path, picture.data)
+    write_bytes(path, picture)
     return f"   {path} shows the joint density of u and v, by direct simulation and by the table"

@@ -17,7 +17,6 @@ from tablegen.commands.compare import compare
 from tablegen.commands.compile import compile_kernels
 from tablegen.commands.demo import demo
 from tablegen.commands.export_direct import export_direct
-from tablegen.commands.figures import figures
 from tablegen.commands.generate import generate
 from tablegen.commands.inspect import inspect
 from tablegen.commands.prune import prune
@@ -50,7 +49,7 @@ def cli() -> None:
 for command in (demo, simulate, generate, validate, inspect, list_names, prune, export):
     cli.add_command(command)
 cli.add_command(export_direct)
-for study in (compare, calibrate, report, figures, stability, compile_kernels):
+for study in (compare, calibrate, report, stability, compile_kernels):
     cli.add_command(study)
 
 

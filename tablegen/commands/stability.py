@@ -5,7 +5,8 @@ from pathlib import Path
 import click
 
 from sampler import options
-from sampler.files import json_text, write_text
+from sampler.errors import InputError
+from sampler.files import json_text, write_bytes, write_text
 from sampler.options import DONE, MISSED
 from tablegen.commands import shared
 from tablegen.commands.shared import CONFIG
@@ -17,7 +18,7 @@ from tablegen.config.defaults import STABILITY_COUNT, STABILITY_FRICTION, STABIL
     short_help="Check the model on extreme particles and impacts.",
     epilog=options.examples(
         "tablegen stability --quick",
-        "tablegen stability my-pair.toml --json stability.json --html stability.html",
+        "tablegen stability my-pair.toml --json stability.json --picture stability.png",
         "tablegen stability --quick --count 1 --friction 250000",
     ),
 )
@@ -43,7 +44,7 @@ from tablegen.config.defaults import STABILITY_COUNT, STABILITY_FRICTION, STABIL
 @options.seed("Seed of the particles.")
 @options.threads
 @options.json_file("Write the numbers of all cases to this JSON file.")
-@options.html_file
+@shared.picture("Draw the angles at which grains leave the walls from hit to hit.")
 @options.overwrite
 @options.progress
 def stability(
@@ -55,7 +56,7 @@ def stability(
     seed: int,
     threads: int | None,
     json_file: Path | None,
-    html_file: Path | None,
+    picture: Path | None,
     progress: bool,
 ) -> int:
     """Simulate extreme particles and impacts, and check the model in each case.
@@ -81,18 +82,16 @@ def stability(
     gains energy, or touches the wall at the end.
     """
     from tablegen.config.config import load_config
-    from tablegen.evidence.page import render_page, render_text
     from tablegen.evidence.stability import run_study
     from tablegen.evidence.stability_cases import all_cases
-    from tablegen.evidence.stability_text import chain_picture, study_section
-    from tablegen.presentation import require_matplotlib
+    from tablegen.evidence.stability_text import chain_picture, study_text
 
     if friction is None:
         friction = STABILITY_FRICTION // (20 if quick else 1)
     if grains is None:
         grains = STABILITY_GRAINS // (10 if quick else 1)
-    if html_file:  # If matplotlib is missing, say so before the long work.
-        require_matplotlib("--html")
+    if picture and grains == 0:
+        raise InputError("--picture", problem="--grains 0 leaves nothing to draw")
     study = run_study(
         load_config(pair),
         all_cases(quick),
@@ -105,9 +104,7 @@ def stability(
     )
     if json_file:
         write_text(json_file, json_text(study.to_dict(), indent=None))
-    if html_file:
-        pictures = [chain_picture(study.chains)] if study.chains else []
-        section = study_section(study, pictures)
-        write_text(html_file, render_page(section.heading, [section]))
-    click.echo(render_text([study_section(study)]))
+    if picture:
+        write_bytes(picture, chain_picture(study.chains, picture.name))
+    click.echo(study_text(study))
     return DONE if study.holds else MISSED

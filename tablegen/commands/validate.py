@@ -96,7 +96,7 @@ def validate(
     import tablegen
     from sampler.files import find_table
     from sampler.formats.hdf5 import read_table
-    from tablegen.evidence.page import validation_page
+    from tablegen.accuracy.validation_page import validation_page
     from tablegen.tables.assembly import check_store, store_accuracy
 
     at = _conditions(alpha, speed)

@@ -4,7 +4,6 @@ from importlib.util import find_spec
 
 #: Import names of the packages that the extra ``generate`` brings.
 GENERATOR = (
-    "jinja2",
     "llvmlite",
     "numba",
     "pydantic",

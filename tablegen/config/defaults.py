@@ -15,8 +15,5 @@ STABILITY_FRICTION = 20_000
 #: Grains of each kind in the chains of hits of the stability study; the quick one has a tenth.
 STABILITY_GRAINS = 1_000
 
-#: Particles of each shape at each angle of the paper's figures.
-FIGURES_COUNT, FIGURES_QUICK_COUNT = 200_000, 20_000
-
 #: Particles of each shape at each condition of a comparison with measurements.
 COMPARE_COUNT = 20_000

@@ -1,8 +1,4 @@
-"""Methods of sampling rebound states: direct simulation, tables, and baselines.
-
-A table answers at any angle and speed, from nodes elsewhere. The baselines have the easier task:
-each is fitted at the very condition at which it is judged.
-"""
+"""Methods of sampling rebound states: direct simulation and tables."""
 
 import math
 from collections.abc import Callable
@@ -30,12 +26,11 @@ DOMAIN, CONDITION = "domain", "condition"
 
 @dataclass(frozen=True)
 class BenchmarkCase:
-    """A condition at which methods are compared, with direct states (n, 6) to fit them to."""
+    """A condition at which methods are compared; the seed is that of what a method fits."""
 
     config: Config
     alpha_deg: float
     speed: float
-    training: FloatArray
     seed: int
 
 
@@ -79,69 +74,6 @@ def simulated(case: BenchmarkCase, numerics: dict[str, float] | None = None) -> 
         return simulate(config, alpha1, case.speed, count, seed=seed, threads=1).state
 
     return FittedMethod(draw, 0)
-
-
-def baseline_methods() -> list[SamplingMethod]:
-    """Make the methods that one would use without a table."""
-    baselines: list[tuple[str, str, Callable[[BenchmarkCase], FittedMethod]]] = [
-        ("independent marginals", "257 quantiles", independent_marginals),
-        ("stored states", "4,096 stored states", partial(stored_states, count=4096)),
-        ("stored states", "16,384 stored states", partial(stored_states, count=16_384)),
-        ("Gaussian mixture", "8 components", partial(gaussian_mixture, components=8)),
-        ("Gaussian mixture", "40 components", partial(gaussian_mixture, components=40)),
-        ("kernel resampling", "Gaussian kernels", kernel_resampling),
-    ]
-    return [SamplingMethod(family, name, CONDITION, prepare) for family, name, prepare in baselines]
-
-
-def independent_marginals(case: BenchmarkCase) -> FittedMethod:
-    """Draw every variable by itself, from 257 quantiles."""
-    levels = np.linspace(0.0, 1.0, 257)
-    values = np.quantile(case.training, levels, axis=0)
-
-    def draw(n: int, seed: int) -> FloatArray:
-        uniform = np.random.default_rng(seed).random((n, 6))
-        return np.column_stack([np.interp(uniform[:, k], levels, values[:, k]) for k in range(6)])
-
-    return FittedMethod(draw, values.size * 4)
-
-
-def stored_states(case: BenchmarkCase, count: int) -> FittedMethod:
-    """Draw whole states from a store, with replacement."""
-    store = case.training[:count].astype(np.float32)
-
-    def draw(n: int, seed: int) -> FloatArray:
-        rows = np.random.default_rng(seed).integers(len(store), size=n)
-        return store[rows].astype(np.float64)
-
-    return FittedMethod(draw, store.nbytes)
-
-
-def gaussian_mixture(case: BenchmarkCase, components: int) -> FittedMethod:
-    """Draw from a Gaussian mixture with full covariances, fitted to the states."""
-    from sklearn.mixture import GaussianMixture
-
-    fit = GaussianMixture(components, random_state=case.seed % 2**32).fit(case.training)
-
-    def draw(n: int, seed: int) -> FloatArray:
-        fit.set_params(random_state=seed % 2**32)
-        # the library gives the mixture components one after the other
-        return np.random.default_rng(seed).permutation(np.asarray(fit.sample(n)[0]))
-
-    weight_mean_covariance = 1 + 6 + 21
-    return FittedMethod(draw, components * weight_mean_covariance * 4)
-
-
-def kernel_resampling(case: BenchmarkCase) -> FittedMethod:
-    """Draw from a Gaussian kernel density estimate of the states."""
-    from scipy.stats import gaussian_kde
-
-    density = gaussian_kde(case.training.T)
-
-    def draw(n: int, seed: int) -> FloatArray:
-        return np.ascontiguousarray(density.resample(n, seed=seed % 2**32).T)
-
-    return FittedMethod(draw, case.training.size * 4)
 
 
 def load_whole(name_or_path: str) -> Table:

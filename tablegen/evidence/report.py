@@ -1,4 +1,4 @@
-"""Measurements of a report: error against run time, accuracy map, and spinning impacts."""
+"""Error against run time of tables and of direct simulation, at first impacts and later hits."""
 
 import platform
 import time
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from importlib import metadata
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -16,68 +15,32 @@ import sampler
 from sampler.files import find_table
 from sampler.library import processors
 from sampler.table import Table
-from tablegen.accuracy.chains import (
-    GEOMETRIES,
-    LaterHit,
-    Wall,
-    chain_comparisons,
-    first_arrivals,
-    follow_grains,
-    kinds_of_grains,
-)
-from tablegen.accuracy.comparison import Measured
+from tablegen.accuracy.chains import Wall, chain_comparisons, first_arrivals, follow_grains
 from tablegen.accuracy.judgement import Judged, judge
-from tablegen.accuracy.metrics import Settings, at_resolution, estimate_metrics
 from tablegen.config.config import Config, stored_config
-from tablegen.evidence.benchmark import (
+from tablegen.config.metric_table import CHAINS, METRICS
+from tablegen.evidence.error_against_time import (
     QUICK,
+    BatchMean,
     Benchmark,
     Budget,
-    batch_seed,
     best_seconds,
     run_benchmark,
 )
-from tablegen.evidence.methods import (
-    baseline_methods,
-    direct_methods,
-    load_whole,
-    other_table,
-    table_method,
-)
+from tablegen.evidence.methods import direct_methods, load_whole, other_table, table_method
+from tablegen.evidence.pictures import errors_picture
 from tablegen.model.float_array import FloatArray
 from tablegen.parallel import in_threads
-from tablegen.progress import bar
+from tablegen.presentation import TextTable
 from tablegen.simulation.direct import silent_model
 from tablegen.simulation.impact_chains import ANY_ANGLES
-from tablegen.simulation.simulate import simulate
-
-#: Purposes of random numbers, apart from those of the benchmarks.
-_DIRECT, _TABLE = 200, 202
 
 #: Angle [rad] and speed [m/s] at which chains begin whose rebounds are timed, and the hit timed.
 _TIMED_ANGLE, _TIMED_SPEED, _TIMED_HIT = np.radians(30.0), 100.0, 6
 
-
-@dataclass(frozen=True)
-class AccuracyMap:
-    """Distances of a table from direct simulation over a grid of conditions."""
-
-    alpha_deg: tuple[float, ...]
-    speed: tuple[float, ...]
-    #: All speeds of the first angle, then of the second.
-    points: tuple[Measured, ...]
-    #: States a side.
-    samples: int
-
-
-@dataclass(frozen=True)
-class ComparedChain:
-    """One kind of grains through sixty hits in a geometry, compared with direct simulation."""
-
-    kind: str
-    geometry: str
-    #: One for each of `tablegen.accuracy.chains.GROUPS`.
-    hits: tuple[LaterHit, ...]
+_HEADS = [metric.head for metric in METRICS.values()]
+METHOD_HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
+SPINNING_HEAD = ("law of the wall", "ns/rebound", "KS", "energy", "squared spin", "angle")
 
 
 @dataclass(frozen=True)
@@ -86,11 +49,9 @@ class SpinningWay:
 
     name: str
     #: Processor time of a rebound, in batches on one thread.
-    batch_nanoseconds: float
+    nanoseconds: float
     #: Worst numbers along chains; none of direct simulation, the reference.
     numbers: tuple[Judged, ...]
-    #: Empty of direct simulation.
-    chains: tuple[ComparedChain, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -111,7 +72,6 @@ class Report:
     races: tuple[Benchmark, ...]
     #: Empty if no chain begins in the range of the table.
     spinning: tuple[SpinningWay, ...]
-    atlas: AccuracyMap
     #: Wall time of the measurements.
     seconds: float
 
@@ -145,7 +105,7 @@ def measure_report(
     seed: int = 1,
     progress: bool = False,
 ) -> Report:
-    """Measure the accuracy of a table, and error against run time of every method.
+    """Measure error against run time of a table and of direct simulation.
 
     ``beside`` names further tables that are compared at the same conditions; ``quick`` measures
     less. Raises `InputError` if a file is not a table, or does not hold all that is compared.
@@ -154,10 +114,11 @@ def measure_report(
     table = load_whole(name_or_path)
     config = stored_config(table.config, f"{name_or_path}: config")
     tables = [table_method(name_or_path), *(other_table(other, table) for other in beside)]
-    methods = [*direct_methods(), *tables, *baseline_methods()]
     races = [
-        run_benchmark(methods, config, condition, budget, (seed, number), progress)
-        for number, condition in enumerate(_conditions(table, budget))
+        run_benchmark(
+            [*direct_methods(), *tables], config, condition, budget, (seed, number), progress
+        )
+        for number, condition in enumerate(conditions_of(table, budget))
     ]
     return Report(
         table=name_or_path,
@@ -170,12 +131,11 @@ def measure_report(
         machine=machine(),
         races=tuple(races),
         spinning=measure_spinning(table, config, budget, seed),
-        atlas=make_accuracy_map(table, config, budget, seed, progress),
         seconds=time.perf_counter() - begin,
     )
 
 
-def _conditions(table: Table, budget: Budget) -> list[tuple[float, float]]:
+def conditions_of(table: Table, budget: Budget) -> list[tuple[float, float]]:
     """Choose the angles [degrees] and speeds at which the methods are compared."""
     (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
     return [
@@ -193,42 +153,6 @@ def seconds_at_random(table: Table, count: int, seed: int) -> float:
     alpha, speed = rng.uniform(*table.alpha_range, count), rng.uniform(*table.speed_range, count)
     draw = partial(table.sample, alpha, speed, seed=seed, index=index, threads=1)
     return best_seconds(draw) / count
-
-
-def grid(table: Table, shape: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Choose angles [degrees] and speeds in the middle of equal parts.
-
-    Parts are equal in the square root of the angle, because the law changes faster near grazing,
-    and in the speed.
-    """
-    low, high = np.sqrt(np.degrees(table.alpha_range))
-    roots = low + (high - low) * (np.arange(shape[0]) + 0.5) / shape[0]
-    first, last = table.speed_range
-    speeds = first + (last - first) * (np.arange(shape[1]) + 0.5) / shape[1]
-    alpha = np.round(roots**2, 2), np.round(speeds, 1)
-    return tuple(np.unique(alpha[0]).tolist()), tuple(np.unique(alpha[1]).tolist())
-
-
-def make_accuracy_map(
-    table: Table, config: Config, budget: Budget, seed: int, progress: bool = False
-) -> AccuracyMap:
-    """Compare a table with direct simulation of its configuration on a grid of conditions."""
-    alpha, speed = grid(table, budget.grid)
-    conditions, count = [(a, v) for a in alpha for v in speed], budget.mapped
-    settings = Settings(directions=8, classified=budget.classified)
-
-    def measured(k: int) -> Measured:
-        a, v = conditions[k]
-        keys = [batch_seed(seed, purpose, k) for purpose in (_DIRECT, _TABLE)]
-        alpha1, index = np.radians(a), np.arange(count)
-        direct = simulate(config, alpha1, v, count, seed=keys[0], threads=1).state
-        drawn = table.sample(alpha1, v, seed=keys[1], index=index, threads=1)
-        blurred = at_resolution(drawn, 0), at_resolution(direct, 1)
-        return Measured(a, v, estimate_metrics(*blurred, settings))
-
-    with bar(progress, total=len(conditions), desc="accuracy map") as counted:
-        points = in_threads(measured, range(len(conditions)), counted.update)
-    return AccuracyMap(alpha, speed, tuple(points), count)
 
 
 class _FirstImpacts:
@@ -263,28 +187,88 @@ def measure_spinning(
     low, high = table.alpha_range
     if not table.has_spin and (low > ANY_ANGLES[0] or high < ANY_ANGLES[1]):
         return ()
-    walls: dict[str, Wall] = {
-        "direct simulation": silent_model(config),
-        "table, without spin": _FirstImpacts(table),
-    }
+    direct = silent_model(config)
+    walls: dict[str, Wall] = {"table, without spin": _FirstImpacts(table)}
     if table.has_spin:
         walls["table, with spin"] = table
-    kinds = kinds_of_grains(silent_model(config), seed, 1)
-    compared: dict[str, list[ComparedChain]] = {name: [] for name in walls}
-    for name in list(walls)[1:]:
-        chains = chain_comparisons(walls[name], config, seed, budget.chained)
-        parts = in_threads(lambda chain: chain(), chains)
-        of_chains = product(kinds, GEOMETRIES)
-        compared[name] = [
-            ComparedChain(*names, tuple(hits)) for names, hits in zip(of_chains, parts, strict=True)
-        ]
     index = np.arange(budget.timed, dtype=np.uint64)
     first = first_arrivals(index, _TIMED_ANGLE, _TIMED_SPEED)
-    _, arrivals = follow_grains(walls["direct simulation"], first, "any", seed, _TIMED_HIT - 1)
-    ways = []
-    for name, of_way in compared.items():
-        cost = best_seconds(partial(arrivals.rebound, walls[name], seed), 5) / len(index)
-        hits = [hit for chain in of_way for hit in chain.hits]
-        numbers = tuple(judge(hits, config.spin_targets))
-        ways.append(SpinningWay(name, 1e9 * cost, numbers, tuple(of_way)))
+    _, arrivals = follow_grains(direct, first, "any", seed, _TIMED_HIT - 1)
+
+    def nanoseconds(wall: Wall) -> float:
+        return 1e9 * best_seconds(partial(arrivals.rebound, wall, seed), 5) / len(index)
+
+    ways = [SpinningWay("direct simulation", nanoseconds(direct), ())]
+    for name, wall in walls.items():
+        chains = in_threads(
+            lambda chain: chain(), chain_comparisons(wall, config, seed, budget.chained)
+        )
+        numbers = judge([hit for chain in chains for hit in chain], config.spin_targets)
+        ways.append(SpinningWay(name, nanoseconds(wall), tuple(numbers)))
     return tuple(ways)
+
+
+def _error_cells(errors: dict[str, BatchMean]) -> list[str]:
+    """Write the mean of each metric, and the share of forbidden states."""
+    cells = [metric.text(errors[name].mean) for name, metric in METRICS.items()]
+    share = errors["forbidden"].mean
+    return [*cells, f"{share:.1%}" if share >= 5e-4 else f"{share:.0e}" if share else "0"]
+
+
+def method_table(race: Benchmark) -> TextTable:
+    """Put all methods at one condition beside each other, the noise floor first."""
+    rows = [["noise floor: direct against direct", "", "", "", *_error_cells(race.floor)]]
+    for r in race.runners:
+        costs = [f"{r.nanoseconds:,.0f}", f"{r.bytes:,}" if r.bytes else "-"]
+        costs.append(f"{r.setup_seconds:.2f}")
+        rows.append([f"{r.family}: {r.name}", *costs, *_error_cells(r.errors)])
+    return TextTable(f"At {race.alpha_deg:g}°, {race.speed:g} m/s", METHOD_HEAD, rows)
+
+
+def spinning_table(ways: Sequence[SpinningWay]) -> TextTable:
+    """Put the ways to rebound spinning particles beside each other."""
+    rows = []
+    for way in ways:
+        numbers = [f"{number.estimate.value:.3f}" for number in way.numbers]
+        numbers += [""] * (len(CHAINS) - len(numbers))
+        rows.append([way.name, f"{way.nanoseconds:,.0f}", *numbers])
+    caption = "Particles that arrive spinning: largest error over all kinds of grains, hits 2 to 60"
+    return TextTable(caption, SPINNING_HEAD, rows)
+
+
+def report_text(report: Report) -> str:
+    """Write a report for a terminal."""
+    machine, effort = report.machine, report.effort
+    distances = "; ".join(f"{metric.head}: {metric.label}" for metric in METRICS.values())
+    parts = [
+        f"Error against run time: {report.table}\n"
+        f"{report.table_bytes:,} bytes hold the whole range of angles and speeds. A draw at random "
+        f"conditions takes {report.random_nanoseconds:.0f} ns.\n"
+        f"Made with seed {report.seed} in {report.seconds:.0f} s on {machine['processor']}, "
+        f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}. Times are "
+        "processor times of one thread.",
+        f"Each method gives {effort.batches} batches of {effort.batch:,} states, compared with "
+        f"{effort.reference:,} directly simulated states. {distances}. A forbidden state moves "
+        "into the wall or has gained energy. No method can be seen to be better than the noise "
+        "floor.",
+        *(str(method_table(race)) for race in report.races),
+    ]
+    if report.spinning:
+        parts.append(str(spinning_table(report.spinning)))
+    return "\n\n".join(parts)
+
+
+def worst_condition(report: Report) -> Benchmark:
+    """Choose the condition at which the report's own table does worst, by its AUC."""
+
+    def auc(race: Benchmark) -> float:
+        # the report's own table comes before tables beside it
+        table = next(runner for runner in race.runners if runner.family == "table")
+        return table.errors["auc"].mean
+
+    return max(report.races, key=auc)
+
+
+def report_picture(report: Report, name: str) -> bytes:
+    """Draw two errors of every method where the table does worst; the name ends in its kind."""
+    return errors_picture(worst_condition(report), name)

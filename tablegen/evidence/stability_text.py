@@ -5,12 +5,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from tablegen.accuracy.chains import GEOMETRY_WORDS
-from tablegen.evidence.page import Block, Headline, Section
-from tablegen.evidence.plots import Line, angles_picture
+from tablegen.evidence.pictures import Line, angles_picture
 from tablegen.evidence.stability import Outcome, Study
 from tablegen.evidence.stability_chains import ChainOutcome
 from tablegen.evidence.stability_friction import FrictionOutcome
-from tablegen.presentation import COLOURS, TABLE_COLOUR, Picture, TextTable
+from tablegen.presentation import COLOURS, TextTable
 
 #: Quantities whose worst is shown: words, attribute of `Figures`, and which is worst.
 _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
@@ -64,8 +63,8 @@ ROLLING_LEGEND = (
     "to 0.0057°, the smallest angle that is followed. A disc with b/a = 0.9 bounces along the wall."
 )
 
-#: Sentence of a study in which no case failed.
-GOOD = "The model holds in every case."
+#: Sentences of a study in which no case failed, and of one in which some did.
+GOOD, BAD = "The model holds in every case.", "The model fails in some cases:"
 
 #: Failed cases that are listed by name.
 _LISTED = 20
@@ -130,9 +129,9 @@ def chain_rows(outcomes: Sequence[ChainOutcome]) -> list[list[str]]:
     ]
 
 
-def chain_picture(outcomes: Sequence[ChainOutcome]) -> Picture:
+def chain_picture(outcomes: Sequence[ChainOutcome], name: str) -> bytes:
     """Draw the angles of chains against hits, by geometry and kind of grains."""
-    colours = [*COLOURS.values(), TABLE_COLOUR, "#777777", "#56b4e9"]
+    colours = [*COLOURS.values(), "#e08a00", "#777777", "#56b4e9"]
     kinds = list(dict.fromkeys(one.kind for one in outcomes))
     panels: dict[str, dict[str, Line]] = {}
     for one in outcomes:
@@ -141,13 +140,7 @@ def chain_picture(outcomes: Sequence[ChainOutcome]) -> Picture:
         hits = list(range(1, 1 + len(one.angle_deg)))
         panel = panels.setdefault(GEOMETRY_WORDS[one.geometry], {})
         panel[one.kind] = Line(hits, one.angle_deg, colour, style)
-    title = (
-        "Median angle at which grains leave the wall. In a cylinder grains settle into rolling: "
-        "their angles become ever flatter, those of discs the flattest. Between walls of any "
-        "direction angles hardly change from hit to hit."
-    )
-    alternative = "Median angles against hits in both geometries; the last are in the table."
-    return angles_picture(panels, "angles.svg", title, alternative)
+    return angles_picture(panels, name)
 
 
 def failure_lines(study: Study) -> list[str]:
@@ -160,30 +153,28 @@ def failure_lines(study: Study) -> list[str]:
     return lines + ([f"failed: {more:,} more cases"] if more else [])
 
 
-def study_section(study: Study, pictures: Sequence[Picture] = ()) -> Section:
-    """Make the verdict, the worst cases and the chains of a study, with the given pictures."""
+def study_text(study: Study) -> str:
+    """Write the verdict, the worst cases, and the rows of friction and of chains."""
     outcomes = study.outcomes
     failures = Counter(kind for outcome in study.failed for kind in outcome.failures)
-    kind, words = ("good", GOOD) if study.holds else ("bad", "The model fails in some cases:")
-    blocks: list[Block] = [
+    counts = ", ".join(f"{count} {kind}" for kind, count in failures.items())
+    parts = [
+        f"Stability of the direct model: {study.pair}\n"
         "Extreme particles and impacts are simulated with the laws of the pair. Each rebound must "
-        "end, be finite, leave the wall, stay out of it, and gain no energy.",
-        Headline(kind, words, failure_lines(study)),
+        "end, be finite, leave the wall, and gain no energy.",
+        "\n".join([GOOD if study.holds else BAD, *failure_lines(study)]),
         f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases; failures: "
-        f"{', '.join(f'{n} {kind}' for kind, n in failures.items()) or 'none'}. Contact "
-        f"resolution {study.contact_resolution:g}, flight tolerance {study.tolerance:g}, "
-        f"{study.count} particles a case, seed {study.seed}. 'tablegen simulate' repeats a case "
-        "with its seed.",
-        TextTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes), "words"),
+        f"{counts or 'none'}. Contact resolution {study.contact_resolution:g}, flight tolerance "
+        f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}. 'tablegen "
+        "simulate' repeats a case with its seed.",
+        str(TextTable("Worst case of each quantity", WORST_HEAD, worst_rows(outcomes))),
     ]
     if study.friction:
         caption = "Coulomb friction, by the coefficients"
-        blocks += [
-            FRICTION_LEGEND,
-            TextTable(caption, FRICTION_HEAD, friction_rows(study.friction)),
-        ]
+        rows = friction_rows(study.friction)
+        parts += [FRICTION_LEGEND, str(TextTable(caption, FRICTION_HEAD, rows))]
     if study.chains:
         caption = "Many hits: sixty of all grains, a thousand of discs that roll"
-        table = TextTable(caption, CHAIN_HEAD, chain_rows(study.chains))
-        blocks += [CHAIN_LEGEND, ROLLING_LEGEND, table, *pictures]
-    return Section(f"Stability of the direct model: {study.pair}", blocks)
+        rows = chain_rows(study.chains)
+        parts += [f"{CHAIN_LEGEND}\n{ROLLING_LEGEND}", str(TextTable(caption, CHAIN_HEAD, rows))]
+    return "\n\n".join(parts)

@@ -14,7 +14,6 @@ from tablegen.model.float_array import FloatArray
 from tablegen.presentation import (
     ANGLE_LABEL,
     COLOURS,
-    Picture,
     figure_style,
     legend_below,
     make_picture,
@@ -59,7 +58,7 @@ class _LawCurve(NamedTuple):
     style: str = "-"
 
 
-def comparison_picture(comparison: MeasuredComparison, name: str) -> Picture:
+def comparison_picture(comparison: MeasuredComparison, name: str) -> bytes:
     """Draw measured means and spreads beside simulated ones, a panel for each.
 
     The ending of the name of the file selects the format.
@@ -68,7 +67,7 @@ def comparison_picture(comparison: MeasuredComparison, name: str) -> Picture:
     return _picture(list(comparison.numbers()), None, title, name)
 
 
-def fit_picture(calibration: Calibration, name: str) -> Picture:
+def fit_picture(calibration: Calibration, name: str) -> bytes:
     """Draw means and spreads beside those of the chosen fit, and the fitted laws.
 
     The ending of the name of the file selects the format.
@@ -80,7 +79,7 @@ def fit_picture(calibration: Calibration, name: str) -> Picture:
 
 def _picture(
     numbers: Sequence[ComparedNumber], config: Config | None, title: str, name: str
-) -> Picture:
+) -> bytes:
     """Draw a panel for each column of numbers, and one for each law of a configuration, if any.
 
     A spread stands below its mean, and the resistance below the restitution.
@@ -106,9 +105,7 @@ def _picture(
                 axes.remove()
         legend_below(figure, columns=2)
         figure.suptitle(title + _words_of_bars(numbers), fontsize=11)
-        contents = ", ".join(content for column in columns for content in column)
-        alternative = f"Measured and simulated numbers against the impact angle: {contents}."
-        return make_picture(figure, name, title, alternative)
+        return make_picture(figure, name)
 
 
 def _columns(numbers: Sequence[ComparedNumber], laws: bool) -> list[list[str]]:

@@ -24,7 +24,7 @@ from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate
 
 #: Purposes of random numbers; no two share any.
-REFERENCE, TRAINING, FLOOR, FIT, TIMED, BATCHES = range(6)
+REFERENCE, FLOOR, FIT, TIMED, BATCHES = range(5)
 
 #: Directions of the sliced Wasserstein distance.
 _DIRECTIONS = 32
@@ -32,7 +32,7 @@ _DIRECTIONS = 32
 
 @dataclass(frozen=True)
 class Budget:
-    """Sizes of all that a report measures; the defaults take up to five minutes on two cores."""
+    """Sizes of all that a report measures; the defaults take up to three minutes on two cores."""
 
     #: States of the direct reference at a condition, a multiple of those in a batch.
     reference: int = 200_000
@@ -40,35 +40,21 @@ class Budget:
     batch: int = 50_000
     batches: int = 4
     classified: int = 20_000
-    #: Direct states from which a baseline is fitted.
-    training: int = 40_000
     #: Draws that are timed together.
     timed: int = 100_000
     #: Where the methods are compared, as shares of the table's range of angles and speeds.
     conditions: tuple[tuple[float, float], ...] = ((0.11, 0.13), (0.75, 0.5))
-    #: Angles and speeds of the accuracy map, and states a side at each of its points.
-    grid: tuple[int, int] = (10, 5)
-    mapped: int = 200_000
-    #: Angles and speeds of the views of the joint law, and states a side.
-    views: tuple[int, int] = (3, 2)
-    viewed: int = 200_000
     #: Particles a side of each chain of hits.
     chained: int = 10_000
 
 
-#: About a minute on two cores.
+#: Half a minute on two cores.
 QUICK = Budget(
     reference=100_000,
     batch=20_000,
-    batches=4,
     classified=10_000,
-    training=20_000,
     timed=50_000,
     conditions=((0.75, 0.5),),
-    grid=(5, 3),
-    mapped=100_000,
-    views=(2, 1),
-    viewed=100_000,
     chained=3_000,
 )
 
@@ -177,13 +163,11 @@ def run_benchmark(
     """
     alpha_deg, speed = condition
 
-    def states(purpose: int, count: int) -> FloatArray:
-        key = batch_seed(*seeds, purpose)
-        return simulate(config, np.radians(alpha_deg), speed, count, seed=key).state
-
-    key = batch_seed(*seeds, FIT)
-    case = BenchmarkCase(config, *condition, states(TRAINING, budget.training), key)
-    reference, ready = states(REFERENCE, budget.reference), []
+    key, count = batch_seed(*seeds, FIT), budget.reference
+    case = BenchmarkCase(config, alpha_deg, speed, key)
+    purpose = batch_seed(*seeds, REFERENCE)
+    reference = simulate(config, np.radians(alpha_deg), speed, count, seed=purpose).state
+    ready = []
     count = len(methods) + (len(methods) + 1) * budget.batches
     with bar(progress, total=count, desc=f"methods at {alpha_deg:g} deg") as counted:
         for method in methods:
