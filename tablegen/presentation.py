@@ -8,36 +8,13 @@ from typing import Any, NamedTuple
 
 from sampler.errors import InputError
 
-#: Colours of the shapes. Colour-blind readers can tell them apart (Okabe and Ito), and each shape
-#: also has a marker of its own.
+#: Colours of the shapes. Colour-blind readers can tell them apart (Okabe and Ito).
 COLOURS = {
     "ellipsoid": "#0072b2",
     "prism": "#d55e00",
     "truncated-prism": "#009e73",
     "tetrahedron": "#a64d79",
     "mixture": "#000000",
-}
-MARKERS = {
-    "ellipsoid": "o",
-    "prism": "s",
-    "truncated-prism": "^",
-    "tetrahedron": "D",
-    "mixture": ".",
-}
-
-#: Colour of what was drawn from the table.
-TABLE_COLOUR = "#e08a00"
-
-#: Symbols of quantities on axes.
-SYMBOLS = {
-    "u": r"$u^+/V$",
-    "v": r"$v^+/V$",
-    "w": r"$w^+/V$",
-    "omega_x": r"$\Omega_x^+\,a/V$",
-    "omega_y": r"$\Omega_y^+\,a/V$",
-    "omega_z": r"$\Omega_z^+\,a/V$",
-    "translational": r"$E_V^+/E_V^-$",
-    "rotational": r"$E_\Omega^+/E_V^-$",
 }
 
 ANGLE_LABEL = r"impact angle $\alpha_1$ [°]"
@@ -102,6 +79,16 @@ def legend_below(figure: Any, columns: int = 3) -> None:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
     figure.legend(handles.values(), handles, loc="outside lower center", ncols=columns)
+
+
+def set_log_ticks(axes: Any) -> None:
+    """Write 1, 2, 5, 10, ... on two logarithmic axes."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_locator(NullLocator())
 
 
 def make_picture(figure: Any, name: str) -> bytes:

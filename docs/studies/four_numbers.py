@@ -1,6 +1,6 @@
 """Why a particle carries the inertia about its spin: equal spins, other axes, other rebounds.
 
-    python docs/examples/four_numbers.py --figure docs/four_numbers.png
+    python docs/studies/four_numbers.py --figure docs/four_numbers.png
 
 An ellipsoid with b/a = 0.95 and c/b = 0.6 meets a wall at 8 degrees and 50 m/s, with the spin of a
 grain that rolls, -1 V/a about z. The inertia k about its spin says which of its axes it turns
@@ -8,9 +8,10 @@ about. The figure has three orientations of the grain about the same spin, and b
 translation that a hit keeps: of draws from a table, and of direct simulation.
 """
 
+import argparse
+
 import matplotlib.pyplot as plt
 import numpy as np
-from example_arguments import Parser
 
 import sampler
 import tablegen
@@ -82,16 +83,16 @@ def draw(figure, inertias, table, direct):
 
 def main(arguments=None):
     """Sample both laws at inertias between the moments of the grain; print and draw."""
-    parser = Parser(__file__, __doc__)
-    parser.add_table("--table", "corundum-steel")
-    parser.add_number("--count", 40_000, "number of rebounds at each inertia", least=2)
-    parser.add_figure("--figure")
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
+    parser.add_argument("--count", type=int, default=40_000, help="rebounds at each inertia")
+    parser.add_argument("--figure", help="picture to write")
     args = parser.parse_args(arguments)
     model = tablegen.DirectModel(tablegen.load_config("corundum-steel"))
     inertias = np.linspace(*moments()[[0, 2]], POINTS)
     try:
-        drawn = energy_kept(args.table, inertias, args.count, 1)
-    except sampler.InputError as error:  # a table without ellipsoids
+        drawn = energy_kept(sampler.load(args.table), inertias, args.count, 1)
+    except (sampler.InputError, OSError) as error:  # for one, a table without ellipsoids
         parser.error(f"argument --table: {error}")
     direct = energy_kept(model, inertias, args.count, 2)
     print("| inertia k | table | direct | error of each |\n|---|---|---|---|")

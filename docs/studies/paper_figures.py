@@ -1,13 +1,11 @@
 """Figures 3 to 10, 12 and 13 of the paper, drawn from `FigureStatistics`."""
 
+from functools import partial
 from itertools import chain
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, gaussian_filter1d
-
-from tablegen.config.defaults import MIXTURE
-from tablegen.evidence.paper_statistics import (
+from paper_statistics import (
     DENSITY,
     DOUBLED,
     SCATTERING_BINS,
@@ -16,35 +14,50 @@ from tablegen.evidence.paper_statistics import (
     FigureStatistics,
     SampleStatistics,
 )
+from scipy.ndimage import gaussian_filter, gaussian_filter1d
+
+from tablegen.config.defaults import MIXTURE
 from tablegen.model.float_array import FloatArray
 from tablegen.presentation import (
     ANGLE_LABEL,
     COLOURS,
-    MARKERS,
-    SYMBOLS,
-    TABLE_COLOUR,
-    Picture,
     figure_style,
     legend_below,
     make_picture,
     new_figure,
 )
 
-#: Figures against the impact angle: number, title, and the quantities of both panels.
-_CURVES = (
-    (3, "Mean and most probable tangential velocity", (("u", "mean"), ("u", "mode"))),
-    (4, "Mean and most probable normal velocity", (("v", "mean"), ("v", "mode"))),
-    (7, "Mean and most probable angular velocity", (("omega_z", "mean"), ("omega_z", "mode"))),
-    (9, "Mean energies", (("translational", "mean"), ("rotational", "mean"))),
-    (10, "Most probable energies", (("translational", "mode"), ("rotational", "mode"))),
-)
+#: Figures against the impact angle: by number, the quantities of both panels.
+_CURVES = {
+    3: (("u", "mean"), ("u", "mode")),
+    4: (("v", "mean"), ("v", "mode")),
+    7: (("omega_z", "mean"), ("omega_z", "mode")),
+    9: (("translational", "mean"), ("rotational", "mean")),
+    10: (("translational", "mode"), ("rotational", "mode")),
+}
 
-#: Figures of densities: number, variable, and title.
-_DENSITIES = (
-    (5, "u", "Densities of the tangential velocity"),
-    (6, "v", "Densities of the normal velocity"),
-    (8, "omega_z", "Densities of the angular velocity"),
-)
+#: Figures of densities: by number, the variable.
+_DENSITIES = {5: "u", 6: "v", 8: "omega_z"}
+
+MARKERS = {
+    "ellipsoid": "o",
+    "prism": "s",
+    "truncated-prism": "^",
+    "tetrahedron": "D",
+    "mixture": ".",
+}
+
+#: Colour of what was drawn from the table.
+TABLE_COLOUR = "#e08a00"
+
+#: Symbols of quantities on axes.
+SYMBOLS = {
+    "u": r"$u^+/V$",
+    "v": r"$v^+/V$",
+    "omega_z": r"$\Omega_z^+\,a/V$",
+    "translational": r"$E_V^+/E_V^-$",
+    "rotational": r"$E_\Omega^+/E_V^-$",
+}
 
 #: Part of the highest density below which tails are not drawn.
 _TAIL = 0.004
@@ -59,13 +72,6 @@ _DENSITY_ANGLES = {
 }
 _INDICATRIX_ANGLES = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 
-#: Figures of spins, and what to know of both kinds.
-_SPINS = (7, 8)
-_SPIN_WORDS = (
-    "Simulated spins are those at the departure, as in the paper. The table holds means over the "
-    "tumbling after the departure, which are a little smaller."
-)
-
 #: Bins over which a spatial indicatrix is smoothed.
 _BLUR = 3.0
 
@@ -73,31 +79,19 @@ _BLUR = 3.0
 _DOUBLED_WORDS = "twice the resistance"
 
 
-#: What to see in each figure of the paper's pair.
-_TO_SEE = {
-    3: "Means and most probable values differ, because the densities are skewed (Figure 5).",
-    4: "The normal velocity falls towards normal impact, and its mean is above its mode.",
-    5: "At 90° prisms have two maxima, unless the resistance is doubled; ellipsoids have one.",
-    6: "Densities have long tails to fast rebounds, which means alone do not show.",
-    7: "Grains spin forwards when they leave, and least at normal impact.",
-    8: "Towards normal impact the density becomes symmetric about 0.",
-    9: "In the paper the rotational energy is largest at 15 to 20°, as in the dashed curve.",
-    10: "Most probable energies are far below the means of Figure 9.",
-    12: "All directions around the normal are equally likely, and most grains leave obliquely.",
-    13: "One lobe becomes two from 70° on. Spheres (dashed) leave in one direction only.",
-}
-
-
-def paper_pictures(statistics: FigureStatistics) -> list[Picture]:
-    """Draw every figure, in the order of their numbers."""
+def paper_pictures(statistics: FigureStatistics) -> dict[str, bytes]:
+    """Draw every figure; the files by name."""
+    figures = {
+        f"figure-{number:02d}.svg": partial(_curve_figure, panels=panels)
+        for number, panels in _CURVES.items()
+    }
+    figures |= {
+        f"figure-{number:02d}.svg": partial(_density_figure, name=name)
+        for number, name in _DENSITIES.items()
+    }
+    figures |= {"figure-12.png": _spatial_figure, "figure-13.svg": _plane_figure}
     with figure_style():
-        pictures = [
-            *(_curve_figure(statistics, *entry) for entry in _CURVES),
-            *(_density_figure(statistics, *entry) for entry in _DENSITIES),
-            _spatial_figure(statistics),
-            _plane_figure(statistics),
-        ]
-    return sorted(pictures, key=lambda picture: picture.name)
+        return {name: make_picture(draw(statistics), name) for name, draw in figures.items()}
 
 
 def _grains(statistics: FigureStatistics) -> str:
@@ -105,25 +99,7 @@ def _grains(statistics: FigureStatistics) -> str:
     return MIXTURE if set(statistics.curves) > {MIXTURE, TABLE} else "grains"
 
 
-def _numbered(
-    statistics: FigureStatistics,
-    figure: Any,
-    number: int,
-    title: str,
-    alternative: str,
-    kind: str = "svg",
-) -> Picture:
-    title = f"Figure {number}. {title}."
-    if statistics.of_paper:
-        title = f"{title} {_TO_SEE[number]}"
-    if number in _SPINS:
-        title = f"{title} {_SPIN_WORDS}"
-    return make_picture(figure, f"figure-{number:02d}.{kind}", title, alternative)
-
-
-def _curve_figure(
-    statistics: FigureStatistics, number: int, title: str, panels: tuple[tuple[str, str], ...]
-) -> Picture:
+def _curve_figure(statistics: FigureStatistics, panels: tuple[tuple[str, str], ...]) -> Any:
     """Draw means or most probable values against the impact angle."""
     figure = new_figure(9.5, 4.6)
     columns = figure.subplots(1, 2)
@@ -142,9 +118,7 @@ def _curve_figure(
         axes.set_xticks(range(0, 91, 15))
         axes.set_title(f"({letter}) {words}", loc="left")
     legend_below(figure)
-    return _numbered(
-        statistics, figure, number, title, f"{title} of each shape, the mixture and the table."
-    )
+    return figure
 
 
 def _draw_curve(axes: Any, name: str, label: str, x: list[float], y: FloatArray) -> None:
@@ -167,7 +141,7 @@ def _density(counts: FloatArray, size: int, width: float) -> FloatArray:
     return np.asarray(gaussian_filter1d(counts, 1.0)) / (size * width)
 
 
-def _density_figure(statistics: FigureStatistics, number: int, name: str, title: str) -> Picture:
+def _density_figure(statistics: FigureStatistics, name: str) -> Any:
     """Draw the densities of two shapes, in the paper ellipsoids and prisms, and of the mixture."""
     low, high, bins = DENSITY[name]
     centres = low + (np.arange(bins) + 0.5) * (high - low) / bins
@@ -202,8 +176,7 @@ def _density_figure(statistics: FigureStatistics, number: int, name: str, title:
     panels[0].set_ylabel("density")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, title=ANGLE_LABEL)
-    alternative = f"{title} of {', '.join((*shapes, MIXTURE))}, with the table's on the last."
-    return _numbered(statistics, figure, number, title, alternative)
+    return figure
 
 
 def _surface(sample: SampleStatistics) -> tuple[FloatArray, FloatArray]:
@@ -217,7 +190,7 @@ def _surface(sample: SampleStatistics) -> tuple[FloatArray, FloatArray]:
     return values * np.array([*along, np.cos(beta2) * np.sin(alpha2)]), values
 
 
-def _spatial_figure(statistics: FigureStatistics) -> Picture:
+def _spatial_figure(statistics: FigureStatistics) -> Any:
     from matplotlib import colormaps
 
     panels = {
@@ -248,10 +221,7 @@ def _spatial_figure(statistics: FigureStatistics) -> Picture:
         axes.tick_params(labelsize=8)
         axes.locator_params(nbins=5)
         axes.view_init(elev=22, azim=-60)
-    alternative = "Surfaces whose distance from the origin is the density of that direction."
-    return _numbered(
-        statistics, figure, 12, "Spatial indicatrices at normal impact", alternative, "png"
-    )
+    return figure
 
 
 def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> None:
@@ -289,15 +259,10 @@ def _draw_plane(axes: Any, statistics: FigureStatistics, alpha_deg: float) -> No
     axes.set_title(rf"$\alpha_1$ = {alpha_deg:g}°", y=0.98)
 
 
-def _plane_figure(statistics: FigureStatistics) -> Picture:
+def _plane_figure(statistics: FigureStatistics) -> Any:
     figure = new_figure(11.0, 6.0)
     for k, alpha_deg in enumerate(_INDICATRIX_ANGLES):
         axes = figure.add_subplot(2, 3, k + 1, projection="polar")
         _draw_plane(axes, statistics, alpha_deg)
     legend_below(figure)
-    alternative = (
-        "Polar densities of the angle of rebound; areas simulated, lines drawn, spheres dashed."
-    )
-    return _numbered(
-        statistics, figure, 13, "Scattering indicatrices in the impact plane", alternative
-    )
+    return figure

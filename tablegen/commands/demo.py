@@ -106,7 +106,7 @@ def _picture_path(table: Path) -> Path:
 def _picture_text(direct: "FloatArray", drawn: "FloatArray", table: Path) -> str:
     """Draw the joint density from both sources, and return a line about the picture."""
     from sampler.files import write_bytes
-    from tablegen.evidence.pictures import Source, joint_picture
+    from tablegen.commands.joint_picture import Source, joint_picture
     from tablegen.presentation import require_matplotlib
 
     try:

@@ -20,9 +20,7 @@ from tablegen.commands import shared
     ),
 )
 @click.argument("table", type=options.TABLE, metavar="[T.h5]", default="corundum-steel")
-@click.option(
-    "--quick", is_flag=True, help="Measure less; this takes half a minute on two cores."
-)
+@click.option("--quick", is_flag=True, help="Measure less; this takes half a minute on two cores.")
 @click.option(
     "--beside",
     type=options.TABLE,

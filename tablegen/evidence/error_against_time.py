@@ -1,27 +1,134 @@
-"""All methods of sampling at one condition: fitted, timed, and compared with direct states.
+"""Methods of sampling rebound states, timed and compared with direct states at one condition.
 
 A method gives several independent batches. Each is compared with the same large direct reference;
 the error is the mean over the batches, and a bootstrap over them gives its confidence interval.
 Direct batches, compared in the same way, are the noise floor: no method can be seen to be better.
 """
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+import sampler
+from sampler.errors import InputError
+from sampler.files import find_table
+from sampler.formats.channels import STATE
+from sampler.table import Table
 from tablegen.accuracy.metrics import ESTIMATES, Settings
 from tablegen.config.config import Config
 from tablegen.config.metric_table import METRICS
-from tablegen.evidence.methods import BenchmarkCase, Draw, SamplingMethod, simulated
 from tablegen.model.float_array import FloatArray
 from tablegen.parallel import in_threads
 from tablegen.progress import bar
 from tablegen.simulation.simulate import simulate
+
+#: From a number of states and a seed to states (n, 6), on one thread.
+Draw = Callable[[int, int], FloatArray]
+
+#: Where a fitted method can be drawn from: at any condition, or at the one it was fitted at.
+DOMAIN, CONDITION = "domain", "condition"
+
+
+@dataclass(frozen=True)
+class BenchmarkCase:
+    """A condition at which methods are compared; the seed is that of what a method fits."""
+
+    config: Config
+    alpha_deg: float
+    speed: float
+    seed: int
+
+
+@dataclass(frozen=True)
+class SamplingMethod:
+    """A method of sampling rebound states."""
+
+    family: str
+    name: str
+    #: `DOMAIN` or `CONDITION`.
+    covers: str
+    #: Bytes that a draw reads, 0 for none.
+    size: int
+    #: Fit the method, or load its table.
+    prepare: Callable[[BenchmarkCase], Draw]
+
+
+def direct_methods() -> list[SamplingMethod]:
+    """Make the methods of direct simulation: as configured, by resolution, and by tolerance."""
+    varied = [("contact resolution", "contact_resolution", x) for x in (1e-1, 1e-2, 1e-4)]
+    varied += [("flight tolerance", "tolerance", x) for x in (1e-4, 1e-6)]
+    methods = [SamplingMethod("direct simulation", "as configured", DOMAIN, 0, simulated)]
+    for words, field, value in varied:
+        prepare = partial(simulated, numerics={field: value})
+        name = f"{words} {value:g}"
+        methods.append(SamplingMethod("direct simulation", name, DOMAIN, 0, prepare))
+    return methods
+
+
+def simulated(case: BenchmarkCase, numerics: dict[str, float] | None = None) -> Draw:
+    """Prepare direct simulation, with other numerical parameters than the configuration's."""
+    config = case.config.with_changes({"model": numerics}) if numerics else case.config
+
+    def draw(count: int, seed: int) -> FloatArray:
+        alpha1 = np.radians(case.alpha_deg)
+        return simulate(config, alpha1, case.speed, count, seed=seed, threads=1).state
+
+    return draw
+
+
+def load_whole(name_or_path: str) -> Table:
+    """Load a table; raise InputError if it leaves variables of a state out."""
+    table = sampler.load(name_or_path)
+    if table.columns != STATE:
+        raise InputError(
+            "",
+            f"variables {', '.join(table.columns)}",
+            ", ".join(STATE),
+            remedy="'tablegen validate' judges any table",
+            source=str(name_or_path),
+        )
+    return table
+
+
+def table_method(name_or_path: str) -> SamplingMethod:
+    """Make the method of draws from a table."""
+    path = find_table(name_or_path)
+
+    def prepare(case: BenchmarkCase) -> Draw:
+        table, alpha1 = sampler.load(path), math.radians(case.alpha_deg)
+
+        def draw(count: int, seed: int) -> FloatArray:
+            return table.sample(alpha1, case.speed, seed=seed, index=np.arange(count), threads=1)
+
+        return draw
+
+    size = path.stat().st_size
+    return SamplingMethod("table", Path(name_or_path).stem, DOMAIN, size, prepare)
+
+
+def other_table(name_or_path: str, table: Table) -> SamplingMethod:
+    """Make the method of draws from another table of the same pair, wherever `table` can be drawn.
+
+    Raises `InputError` if the pair is another, variables are left out, or the range does not hold
+    that of `table`.
+    """
+    other = load_whole(name_or_path)
+    if other.pair != table.pair:
+        raise InputError("pair", other.pair, table.pair, source=str(name_or_path))
+    for name in ("alpha_range", "speed_range"):
+        (low, high), (first, last) = getattr(table, name), getattr(other, name)
+        if first > low or last < high:
+            given, allowed = f"{first:g} to {last:g}", f"{low:g} to {high:g} or more (radians, m/s)"
+            raise InputError(name, given, allowed, source=str(name_or_path))
+    return table_method(name_or_path)
+
 
 #: Purposes of random numbers; no two share any.
 REFERENCE, FLOOR, FIT, TIMED, BATCHES = range(5)
@@ -76,13 +183,13 @@ class MethodResult:
     family: str
     name: str
     covers: str
-    #: Bytes that a draw reads; the whole file of a table.
+    #: Bytes that a draw reads; the whole file of a table; 0 for none.
     bytes: int
     #: Processor time to make it ready: a fit, or the load of a table [s].
     setup_seconds: float
     #: Processor time of one draw on one thread.
     nanoseconds: float
-    #: By metric, and "forbidden": the share of states that no rebound can have.
+    #: By metric.
     errors: dict[str, BatchMean]
 
 
@@ -109,22 +216,16 @@ def batch_mean(values: Sequence[float]) -> BatchMean:
     return BatchMean(float(array.mean()), float(low), float(high), tuple(array.tolist()))
 
 
-def forbidden_share(state: FloatArray) -> float:
-    """Share of states that no rebound can have: v <= 0, or translational energy above 1."""
-    energy = np.square(state[:, :3]).sum(axis=1)
-    return float(np.mean((state[:, 1] <= 0.0) | (energy > 1.0)))
-
-
 def batch_errors(
     draw: Draw, reference: FloatArray, budget: Budget, batch: int, seed: int
 ) -> dict[str, float]:
-    """Measure the `METRICS` and the forbidden share of one batch.
+    """Measure the `METRICS` of one batch.
 
     The classifier sees other states of the reference in every batch.
     """
     state, few = draw(budget.batch, seed), min(budget.classified, budget.batch)
     start = batch * few % (len(reference) - few + 1)
-    errors = {"forbidden": forbidden_share(state)}
+    errors = {}
     for name, metric in METRICS.items():
         if metric.learned:
             part = reference[start : start + few]
@@ -173,17 +274,16 @@ def run_benchmark(
         for method in methods:
             start = time.process_time()
             with threadpool_limits(limits=1):
-                fitted = method.prepare(case)
+                draw = method.prepare(case)
             setup = time.process_time() - start
-            draw = partial(fitted.draw, budget.timed, batch_seed(key, TIMED))
-            cost = 1e9 * best_seconds(draw) / budget.timed
-            ready.append((method, fitted, setup, cost))
+            work = partial(draw, budget.timed, batch_seed(key, TIMED))
+            ready.append((method, draw, setup, 1e9 * best_seconds(work) / budget.timed))
             counted.update()
-        draws = [simulated(case).draw, *(fitted.draw for _, fitted, *_ in ready)]
+        draws = [simulated(case), *(draw for _, draw, *_ in ready)]
         errors = _all_errors(draws, reference, budget, key, counted.update)
     runners = tuple(
-        MethodResult(m.family, m.name, m.covers, fitted.size, setup, cost, error)
-        for (m, fitted, setup, cost), error in zip(ready, errors[1:], strict=True)
+        MethodResult(m.family, m.name, m.covers, m.size, setup, cost, error)
+        for (m, _, setup, cost), error in zip(ready, errors[1:], strict=True)
     )
     return Benchmark(alpha_deg, speed, errors[0], runners)
 

@@ -2,14 +2,13 @@
 
 import platform
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from importlib import metadata
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from llvmlite.binding import get_host_cpu_name
 
 import sampler
 from sampler.files import find_table
@@ -25,21 +24,33 @@ from tablegen.evidence.error_against_time import (
     Benchmark,
     Budget,
     best_seconds,
+    direct_methods,
+    load_whole,
+    other_table,
     run_benchmark,
+    table_method,
 )
-from tablegen.evidence.methods import direct_methods, load_whole, other_table, table_method
-from tablegen.evidence.pictures import errors_picture
-from tablegen.model.float_array import FloatArray
 from tablegen.parallel import in_threads
-from tablegen.presentation import TextTable
+from tablegen.presentation import (
+    TextTable,
+    figure_style,
+    make_picture,
+    new_figure,
+    set_log_ticks,
+)
 from tablegen.simulation.direct import silent_model
-from tablegen.simulation.impact_chains import ANY_ANGLES
 
 #: Angle [rad] and speed [m/s] at which chains begin whose rebounds are timed, and the hit timed.
 _TIMED_ANGLE, _TIMED_SPEED, _TIMED_HIT = np.radians(30.0), 100.0, 6
 
+#: Families of methods in the order of a legend: colour of Okabe and Ito, and marker.
+LOOKS = {"table": ("#0072b2", "o"), "direct simulation": ("#000000", "s")}
+
+#: Label of the abscissa of errors.
+_TIME = "time of a draw [ns, one thread]"
+
 _HEADS = [metric.head for metric in METRICS.values()]
-METHOD_HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS, "forbidden")
+METHOD_HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS)
 SPINNING_HEAD = ("law of the wall", "ns/rebound", "KS", "energy", "squared spin", "angle")
 
 
@@ -64,13 +75,12 @@ class Report:
     table_bytes: int
     #: Processor time of a draw from the table at random conditions.
     random_nanoseconds: float
-    quick: bool
     seed: int
     effort: Budget
     machine: dict[str, Any]
     #: Every method at each condition.
     races: tuple[Benchmark, ...]
-    #: Empty if no chain begins in the range of the table.
+    #: Empty if the table has no spin law.
     spinning: tuple[SpinningWay, ...]
     #: Wall time of the measurements.
     seconds: float
@@ -81,19 +91,12 @@ class Report:
 
 
 def machine() -> dict[str, Any]:
-    """Describe this machine without its name: processor, cores, system and versions."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
-    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    packages = ("numpy", "scipy", "numba", "llvmlite", "h5py", "scikit-learn")
+    """Describe this machine without its name: processor, cores, system and Python."""
     return {
-        "processor": next(names, platform.processor() or platform.machine() or "unknown"),
+        "processor": get_host_cpu_name(),
         "cores": processors(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
-        "packages": {name: metadata.version(name) for name in packages},
     }
 
 
@@ -125,7 +128,6 @@ def measure_report(
         content_sha256=table.content_sha256,
         table_bytes=find_table(name_or_path).stat().st_size,
         random_nanoseconds=1e9 * seconds_at_random(table, budget.timed, seed),
-        quick=quick,
         seed=seed,
         effort=budget,
         machine=machine(),
@@ -139,11 +141,7 @@ def conditions_of(table: Table, budget: Budget) -> list[tuple[float, float]]:
     """Choose the angles [degrees] and speeds at which the methods are compared."""
     (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
     return [
-        (
-            float(np.clip(round(first + a * (last - first), 1), first, last)),
-            float(np.clip(round(slow + v * (fast - slow), 0), slow, fast)),
-        )
-        for a, v in budget.conditions
+        (float(first + a * (last - first)), slow + v * (fast - slow)) for a, v in budget.conditions
     ]
 
 
@@ -155,73 +153,46 @@ def seconds_at_random(table: Table, count: int, seed: int) -> float:
     return best_seconds(draw) / count
 
 
-class _FirstImpacts:
-    """The law of first impacts of a table as a law of the wall for every hit."""
-
-    def __init__(self, table: Table) -> None:
-        self.table = table
-
-    def rebound(
-        self,
-        velocity: FloatArray,
-        normal: FloatArray,
-        half_size: float,
-        *,
-        omega: FloatArray,
-        inertia: FloatArray,
-        **keys: Any,
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Rebound from walls; spins are ignored."""
-        return self.table.rebound(velocity, normal, half_size, grain="fresh", **keys)
-
-
 def measure_spinning(
     table: Table, config: Config, budget: Budget, seed: int
 ) -> tuple[SpinningWay, ...]:
-    """Time ways to rebound spinning particles at the sixth hits of chains, and compare them there.
+    """Time rebounds of spinning particles at the sixth hits of chains, and compare whole chains.
 
     Each rebound takes the four numbers of rotation that the last one gave, the angular velocity and
-    the inertia about it; only the way without spin ignores them. There is no way of a table without
-    a spin law that has only a part of the angles of hits.
+    the inertia about it.
     """
-    low, high = table.alpha_range
-    if not table.has_spin and (low > ANY_ANGLES[0] or high < ANY_ANGLES[1]):
+    if not table.has_spin:
         return ()
-    direct = silent_model(config)
-    walls: dict[str, Wall] = {"table, without spin": _FirstImpacts(table)}
-    if table.has_spin:
-        walls["table, with spin"] = table
-    index = np.arange(budget.timed, dtype=np.uint64)
+    direct, index = silent_model(config), np.arange(budget.timed, dtype=np.uint64)
     first = first_arrivals(index, _TIMED_ANGLE, _TIMED_SPEED)
     _, arrivals = follow_grains(direct, first, "any", seed, _TIMED_HIT - 1)
-
-    def nanoseconds(wall: Wall) -> float:
-        return 1e9 * best_seconds(partial(arrivals.rebound, wall, seed), 5) / len(index)
-
-    ways = [SpinningWay("direct simulation", nanoseconds(direct), ())]
-    for name, wall in walls.items():
-        chains = in_threads(
-            lambda chain: chain(), chain_comparisons(wall, config, seed, budget.chained)
+    chains = in_threads(
+        lambda chain: chain(), chain_comparisons(table, config, seed, budget.chained)
+    )
+    numbers = judge([hit for chain in chains for hit in chain], config.spin_targets)
+    ways: list[tuple[str, Wall, tuple[Judged, ...]]] = [
+        ("direct simulation", direct, ()),
+        ("table", table, tuple(numbers)),
+    ]
+    return tuple(
+        SpinningWay(
+            name, 1e9 * best_seconds(partial(arrivals.rebound, wall, seed), 5) / len(index), worst
         )
-        numbers = judge([hit for chain in chains for hit in chain], config.spin_targets)
-        ways.append(SpinningWay(name, nanoseconds(wall), tuple(numbers)))
-    return tuple(ways)
-
-
-def _error_cells(errors: dict[str, BatchMean]) -> list[str]:
-    """Write the mean of each metric, and the share of forbidden states."""
-    cells = [metric.text(errors[name].mean) for name, metric in METRICS.items()]
-    share = errors["forbidden"].mean
-    return [*cells, f"{share:.1%}" if share >= 5e-4 else f"{share:.0e}" if share else "0"]
+        for name, wall, worst in ways
+    )
 
 
 def method_table(race: Benchmark) -> TextTable:
     """Put all methods at one condition beside each other, the noise floor first."""
-    rows = [["noise floor: direct against direct", "", "", "", *_error_cells(race.floor)]]
+
+    def cells(errors: dict[str, BatchMean]) -> list[str]:
+        return [metric.text(errors[name].mean) for name, metric in METRICS.items()]
+
+    rows = [["noise floor: direct against direct", "", "", "", *cells(race.floor)]]
     for r in race.runners:
         costs = [f"{r.nanoseconds:,.0f}", f"{r.bytes:,}" if r.bytes else "-"]
         costs.append(f"{r.setup_seconds:.2f}")
-        rows.append([f"{r.family}: {r.name}", *costs, *_error_cells(r.errors)])
+        rows.append([f"{r.family}: {r.name}", *costs, *cells(r.errors)])
     return TextTable(f"At {race.alpha_deg:g}°, {race.speed:g} m/s", METHOD_HEAD, rows)
 
 
@@ -248,9 +219,8 @@ def report_text(report: Report) -> str:
         f"{machine['cores']} cores, {machine['system']}, Python {machine['python']}. Times are "
         "processor times of one thread.",
         f"Each method gives {effort.batches} batches of {effort.batch:,} states, compared with "
-        f"{effort.reference:,} directly simulated states. {distances}. A forbidden state moves "
-        "into the wall or has gained energy. No method can be seen to be better than the noise "
-        "floor.",
+        f"{effort.reference:,} directly simulated states. {distances}. No method can be seen to be "
+        "better than the noise floor.",
         *(str(method_table(race)) for race in report.races),
     ]
     if report.spinning:
@@ -272,3 +242,73 @@ def worst_condition(report: Report) -> Benchmark:
 def report_picture(report: Report, name: str) -> bytes:
     """Draw two errors of every method where the table does worst; the name ends in its kind."""
     return errors_picture(worst_condition(report), name)
+
+
+def errors_picture(
+    race: Benchmark, name: str, looks: Mapping[str, tuple[str, str]] = LOOKS
+) -> bytes:
+    """Draw two errors of all methods at one condition against the time of a draw, both logarithmic.
+
+    The name of the file selects the format. Symbols of methods that hold at one condition only are
+    open.
+    """
+    families = {runner.family for runner in race.runners}
+    with figure_style():
+        figure = new_figure(9.0, 5.0)
+        for axes, metric in zip(figure.subplots(1, 2), ("auc", "ks"), strict=True):
+            _draw_errors(axes, race, metric, looks)
+        entries: list[tuple[str, str, str, str | None]]
+        entries = [(family, *look, None) for family, look in looks.items() if family in families]
+        if len({runner.covers for runner in race.runners}) > 1:
+            entries.append(("any angle and speed", "#777777", "o", None))
+            entries.append(("fitted at this one only", "#777777", "o", "white"))
+        for label, colour, marker, fill in entries:
+            look = {"color": colour, "marker": marker, "markerfacecolor": fill, "markersize": 8}
+            figure.axes[0].plot([], [], linestyle="none", label=label, **look)
+        figure.legend(loc="outside lower center", ncols=3)
+        condition = f"{race.alpha_deg:g}° and {race.speed:g} m/s"
+        figure.suptitle(f"Error against direct simulation at {condition}", fontsize=12)
+        return make_picture(figure, name)
+
+
+def _draw_errors(
+    axes: Any, race: Benchmark, metric: str, looks: Mapping[str, tuple[str, str]]
+) -> None:
+    """Draw one error of every method; grey: the noise of direct simulation against itself."""
+    least, floor = METRICS[metric].least, race.floor[metric]
+    noise = max(floor.high - least, 1e-4)
+    lowest = 0.4 * noise
+    axes.axhspan(lowest, noise, color="#dddddd", linewidth=0)
+    tables = [runner.name for runner in race.runners if runner.family == "table"]
+    for runner in race.runners:
+        x, error = runner.nanoseconds, runner.errors[metric]
+        colour, marker = looks[runner.family]
+        # errors that cannot be told from none stand at the lower edge
+        low, y, high = np.maximum(
+            np.array([error.low, error.mean, error.high]) - least, 1.4 * lowest
+        )
+        axes.plot([x, x], [low, high], color=colour, linewidth=1.2)
+        fill = colour if runner.covers == "domain" else "white"
+        look = {"color": colour, "marker": marker, "markerfacecolor": fill, "markersize": 8}
+        axes.plot(x, y, "none", zorder=3 if runner.family == "table" else 2, **look)
+        coarse = runner.family == "direct simulation" and error.mean - least > 2.0 * noise
+        if coarse or (runner.name in tables and len(tables) > 1):
+            words = runner.name.removeprefix(f"{tables[0]}-").replace(" ", "\n", 1)
+            # direct simulation stands at the right edge, and tables often stand together
+            left = coarse or runner.name == tables[0]
+            axes.annotate(
+                words,
+                (x, y),
+                color=colour,
+                xytext=(-8 if left else 8, 0),
+                textcoords="offset points",
+                ha="right" if left else "left",
+                va="center",
+                fontsize=9,
+            )
+    title = METRICS[metric].label + (f", above {least:g}" if least else "")
+    axes.set(xscale="log", yscale="log", xlabel=_TIME)
+    set_log_ticks(axes)
+    axes.set_ylim(bottom=lowest)
+    axes.set_title(title, loc="left", fontsize=10)
+    axes.text(0.02, 0.02, "noise of direct simulation", transform=axes.transAxes, fontsize=9)

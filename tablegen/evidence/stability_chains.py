@@ -5,8 +5,7 @@ about it. So each hit is checked for what one rebound can show: all that a grain
 leaves the wall, and it gains no energy.
 """
 
-import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -25,7 +24,7 @@ from tablegen.accuracy.chains import (
     kinds_of_grains,
 )
 from tablegen.config.config import Config
-from tablegen.evidence.stability_friction import MOST_GAIN, failures_of
+from tablegen.evidence.checked import Checked
 from tablegen.model.float_array import FloatArray
 from tablegen.progress import bar
 from tablegen.simulation.direct import DirectModel, silent_model
@@ -41,35 +40,20 @@ ROLLING, ROLLING_ANGLE, ROLLING_HITS = ((1.0, 0.5), (0.9, 0.5)), 0.05, 1000
 _LAST = 20
 
 
-@dataclass(frozen=True)
-class ChainOutcome:
-    """Grains of one kind through the hits of a chain."""
+@dataclass(frozen=True, kw_only=True)
+class ChainOutcome(Checked):
+    """Grains of one kind through the hits of a chain; velocities are over the speed before."""
 
     kind: str
     geometry: str
-    seed: int
     grains: int
     hits: int
-    #: Whether all rebounds ended; grains that are not finite after some hit.
-    finished: bool
-    non_finite: int
-    #: Largest gain of energy at a hit, over that before, and least velocity from the wall over the
-    #: speed before; None if no hit finished.
-    growth: float | None
-    least_velocity: float | None
-    #: Median angle at which grains leave each wall [degrees].
+    #: Median angle at which grains leave each wall [degrees]; empty if a rebound did not end.
     angle_deg: tuple[float, ...]
     #: Over the last hits: share of its translational energy that a grain keeps at a hit, and root
     #: of its mean squared spin [V/a].
     energy: float | None
     spin: float | None
-    #: Run time of a rebound on one thread [s].
-    cost: float = field(compare=False)
-
-    @property
-    def particles(self) -> int:
-        """Number of rebounds."""
-        return self.grains * self.hits
 
     @property
     def where(self) -> str:
@@ -79,54 +63,27 @@ class ChainOutcome:
     def __str__(self) -> str:
         return f"{self.where}, {self.hits} hits"
 
-    @property
-    def failures(self) -> dict[str, str]:
-        """Failures of the model by kind, a line each."""
-        failures = {}
-        if self.non_finite:
-            failures["not finite"] = f"{self.non_finite} grains are not finite"
-        if not self.finished:
-            failures["unfinished"] = "a grain is unfinished"
-        return failures | failures_of(self.growth, MOST_GAIN, self.least_velocity)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for JSON."""
-        return {**asdict(self), "failures": list(self.failures.values())}
-
 
 class _CheckedWall:
     """Direct simulation as a law of the wall that remembers the worst of its rebounds."""
 
     def __init__(self, model: DirectModel) -> None:
         self.model = model
-        self.growth, self.least_velocity = -np.inf, np.inf
-        self.lost: set[int] = set()
-        self.seconds = 0.0
+        self.growth, self.least_velocity, self.lost = -np.inf, np.inf, 0
 
     def rebound(
-        self,
-        velocity: FloatArray,
-        normal: FloatArray,
-        half_size: float,
-        *,
-        omega: FloatArray,
-        inertia: FloatArray,
-        index: NDArray[np.uint64],
-        **keys: Any,
+        self, velocity: FloatArray, normal: FloatArray, half_size: float, **arguments: Any
     ) -> Rebound:
         """Rebound from walls, and check each rebound."""
-        begin = time.perf_counter()
-        after = self.model.rebound(
-            velocity, normal, half_size, omega=omega, inertia=inertia, index=index, **keys
-        )
-        self.seconds += time.perf_counter() - begin
+        after = self.model.rebound(velocity, normal, half_size, **arguments)
+        before = velocity, arguments["omega"], arguments["inertia"]
         energies = [
             (motion[0] ** 2).sum(axis=1) + motion[2] * half_size**2 * (motion[1] ** 2).sum(axis=1)
-            for motion in ((velocity, omega, inertia), after)
+            for motion in (before, after)
         ]
         away = (after.velocity * normal).sum(axis=1) / np.linalg.norm(velocity, axis=1)
         finite = np.isfinite(energies[1]) & np.isfinite(away)
-        self.lost |= set(index[~finite].tolist())
+        self.lost += int(np.count_nonzero(~finite))
         if finite.any():
             growth = (energies[1] / energies[0])[finite].max() - 1.0
             self.growth = max(self.growth, float(growth))
@@ -138,27 +95,28 @@ def outcome_of(
     model: DirectModel, names: tuple[str, str], arrivals: Arrivals, seed: int, hits: int
 ) -> ChainOutcome:
     """Follow grains, whose kind and geometry are named, through some hits."""
-    wall, (kind, geometry) = _CheckedWall(model), names
-    left, finished = None, True
+    wall, (kind, geometry), grains = _CheckedWall(model), names, len(arrivals.index)
+    left = None
     try:
         left, _ = follow_grains(wall, arrivals, geometry, seed, hits)
-    except InputError:
-        finished = False
+    except InputError:  # a rebound that did not end
+        wall.lost = max(wall.lost, 1)
     known = np.isfinite(wall.growth)
     return ChainOutcome(
-        kind,
-        geometry,
-        seed,
-        len(arrivals.index),
-        hits,
-        finished,
-        len(wall.lost),
-        wall.growth if known else None,
-        wall.least_velocity if known else None,
-        () if left is None else tuple(np.degrees(np.arcsin(np.median(left[1], axis=1))).tolist()),
-        None if left is None else float((left[0, -_LAST:] ** 2).mean()),
-        None if left is None else float(np.sqrt((left[2, -_LAST:] ** 2).mean())),
-        wall.seconds / (len(arrivals.index) * hits),
+        kind=kind,
+        geometry=geometry,
+        seed=seed,
+        grains=grains,
+        hits=hits,
+        rebounds=grains * hits,
+        unfinished=wall.lost,
+        growth=wall.growth if known else None,
+        least_velocity=wall.least_velocity if known else None,
+        angle_deg=()
+        if left is None
+        else tuple(np.degrees(np.arcsin(np.median(left[1], axis=1))).tolist()),
+        energy=None if left is None else float((left[0, -_LAST:] ** 2).mean()),
+        spin=None if left is None else float(np.sqrt((left[2, -_LAST:] ** 2).mean())),
     )
 
 
@@ -179,11 +137,8 @@ def run_chains(
     chains = list(product(kinds_of_grains(model, seed, grains).items(), GEOMETRIES))
     with bar(progress, "chain", total=len(chains) + len(ROLLING), desc="sixty hits") as counted:
         for (kind, index), geometry in chains:
-            low, high = ANY_ANGLES
-            alpha1 = np.random.default_rng([seed % 2**64, len(index)]).uniform(
-                low, high, len(index)
-            )
-            start = first_arrivals(index, alpha1, SPEED)
+            rng = np.random.default_rng([seed % 2**64, len(index)])
+            start = first_arrivals(index, rng.uniform(*ANY_ANGLES, len(index)), SPEED)
             outcomes.append(outcome_of(model, (kind, geometry), start, seed, HITS))
             counted.update()
         for aspect in ROLLING:

@@ -4,14 +4,24 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 from tablegen.accuracy.chains import GEOMETRY_WORDS
-from tablegen.evidence.pictures import Line, angles_picture
-from tablegen.evidence.stability import Outcome, Study
+from tablegen.evidence.stability import Study
+from tablegen.evidence.stability_cases import CaseOutcome
 from tablegen.evidence.stability_chains import ChainOutcome
 from tablegen.evidence.stability_friction import FrictionOutcome
-from tablegen.presentation import COLOURS, TextTable
+from tablegen.presentation import (
+    COLOURS,
+    TextTable,
+    figure_style,
+    legend_below,
+    make_picture,
+    new_figure,
+    set_log_ticks,
+)
 
-#: Quantities whose worst is shown: words, attribute of `Figures`, and which is worst.
+#: Quantities whose worst is shown: words, attribute of `CaseOutcome`, and which is worst.
 _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("most collisions of a rebound", "most_collisions", max),
     ("largest gain of energy, over that before", "growth", max),
@@ -21,46 +31,21 @@ _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (
     ("least velocity away from the wall [V]", "least_velocity", min),
 )
 WORST_HEAD = ("quantity", "worst", "case")
-FRICTION_HEAD = (
-    "static coefficient",
-    "dynamic",
-    "rebounds",
-    "laws failed",
-    "µs/rebound",
-    "most collisions",
-    "gain of energy",
-    "least v+ [V]",
-)
-
+FRICTION_HEAD = ("static", "dynamic", "rebounds", "failed", "most collisions", "gain of energy")
 CHAIN_HEAD = (
-    "kind of grains, and walls",
-    "hits",
-    "grains",
-    "µs/rebound",
-    "gain of energy",
-    "least v+ [V]",
-    "angle [°]",
-    "energy kept",
-    "spin [V/a]",
+    *("kind of grains, and walls", "hits", "grains", "gain of energy", "least v+ [V]"),
+    *("angle [°]", "energy kept", "spin [V/a]"),
 )
 
 FRICTION_LEGEND = (
-    "Random particles of the population hit the wall at random angles, speeds and spins, under "
-    "Coulomb's law of friction. Each row has several laws, with restitutions from 0 to 1. A "
-    "negative gain of energy is a loss; v+ is the velocity away from the wall."
+    "Random particles of the population at random angles, speeds and spins. Each row has several "
+    "restitutions from 0 to 1. A negative gain of energy is a loss."
 )
-
 CHAIN_LEGEND = (
-    "Grains fly from wall to wall without gas. They keep four numbers of rotation from wall to "
-    "wall: the mean angular velocity, and the inertia about it. After each hit the speed is set "
-    "back to the first speed, and the spin is scaled in the same proportion. Angle, energy and "
-    "spin are those of the last hits: the median angle at which grains leave the wall, the share "
-    "of its translational energy that a grain keeps, and the root of the mean squared spin."
-)
-ROLLING_LEGEND = (
-    "Rolling discs meet a cylinder at 0.05°, and their contact point has no velocity. A round disc "
-    "(b/a = 1) rolls for ever: it keeps all of its energy, and its hops become ever flatter, down "
-    "to 0.0057°, the smallest angle that is followed. A disc with b/a = 0.9 bounces along the wall."
+    "Grains fly from wall to wall without gas, and keep their mean angular velocity and the "
+    "inertia about it. After each hit the speed is set back to the first speed, and the spin in "
+    "proportion. Angle (median), energy kept and spin (root mean square) are those of the last "
+    "hits. A round disc (b/a = 1) that rolls keeps all of its energy."
 )
 
 #: Sentences of a study in which no case failed, and of one in which some did.
@@ -70,11 +55,11 @@ GOOD, BAD = "The model holds in every case.", "The model fails in some cases:"
 _LISTED = 20
 
 
-def worst_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
+def worst_rows(outcomes: Sequence[CaseOutcome]) -> list[list[str]]:
     """Quantity, value and case of each of the worst cases, with the seed that repeats it."""
     rows = []
     for words, attribute, choose in _QUANTITIES:
-        values = [(getattr(one.figures, attribute, None), one) for one in outcomes]
+        values = [(getattr(one, attribute), one) for one in outcomes]
         known = [pair for pair in values if pair[0] is not None]
         if known:
             value, one = choose(known, key=lambda pair: pair[0])
@@ -82,65 +67,67 @@ def worst_rows(outcomes: Sequence[Outcome]) -> list[list[str]]:
     return rows
 
 
+def _text(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
+
+
 def friction_rows(outcomes: Sequence[FrictionOutcome]) -> list[list[str]]:
     """Write the cells by static and dynamic coefficient, over the restitutions."""
     groups: dict[tuple[float, float], list[FrictionOutcome]] = {}
     for outcome in outcomes:
         groups.setdefault((outcome.static, outcome.dynamic), []).append(outcome)
-    rows = []
-    for coefficients, members in groups.items():
-        count = sum(o.rebounds for o in members)
-        failed = sum(bool(o.failures) for o in members)
-        growths = [o.growth for o in members if o.growth is not None]
-        least = [o.least_velocity for o in members if o.least_velocity is not None]
-        rows.append(
-            [
-                *(f"{coefficient:g}" for coefficient in coefficients),
-                f"{count:,}",
-                f"{failed}",
-                f"{1e6 * sum(o.cost * o.rebounds for o in members) / count:.1f}",
-                f"{max(o.most_collisions for o in members)}",
-                f"{max(growths):.2g}" if growths else "-",
-                f"{min(least):.2g}" if least else "-",
-            ]
-        )
-    return rows
+    return [
+        [
+            *(f"{coefficient:g}" for coefficient in coefficients),
+            f"{sum(o.rebounds for o in members):,}",
+            f"{sum(bool(o.failures) for o in members)}",
+            f"{max(o.most_collisions for o in members)}",
+            _text(max((o.growth for o in members if o.growth is not None), default=None), ".2g"),
+        ]
+        for coefficients, members in groups.items()
+    ]
 
 
 def chain_rows(outcomes: Sequence[ChainOutcome]) -> list[list[str]]:
     """Write the cells of each chain of hits."""
-
-    def text(value: float | None, form: str) -> str:
-        return "-" if value is None else format(value, form)
-
     return [
         [
             one.where,
             f"{one.hits}",
             f"{one.grains}",
-            f"{1e6 * one.cost:.1f}",
-            text(one.growth, ".2g"),
-            text(one.least_velocity, ".2g"),
-            text(one.angle_deg[-1] if one.angle_deg else None, ".3g"),
-            text(one.energy, ".4f"),
-            text(one.spin, ".3f"),
+            _text(one.growth, ".2g"),
+            _text(one.least_velocity, ".2g"),
+            _text(one.angle_deg[-1] if one.angle_deg else None, ".3g"),
+            _text(one.energy, ".4f"),
+            _text(one.spin, ".3f"),
         ]
         for one in outcomes
     ]
 
 
 def chain_picture(outcomes: Sequence[ChainOutcome], name: str) -> bytes:
-    """Draw the angles of chains against hits, by geometry and kind of grains."""
+    """Draw median angles at which grains leave the walls against hits; both axes logarithmic."""
     colours = [*COLOURS.values(), "#e08a00", "#777777", "#56b4e9"]
     kinds = list(dict.fromkeys(one.kind for one in outcomes))
-    panels: dict[str, dict[str, Line]] = {}
-    for one in outcomes:
-        colour = colours[kinds.index(one.kind) % len(colours)]
-        style = "--" if one.kind.startswith("rolling") else "-"
-        hits = list(range(1, 1 + len(one.angle_deg)))
-        panel = panels.setdefault(GEOMETRY_WORDS[one.geometry], {})
-        panel[one.kind] = Line(hits, one.angle_deg, colour, style)
-    return angles_picture(panels, name)
+    with figure_style():
+        figure = new_figure(10.0, 4.8)
+        columns = figure.subplots(1, len(GEOMETRY_WORDS), sharey=True)
+        panels = dict(zip(GEOMETRY_WORDS, columns, strict=True))
+        for one in outcomes:
+            panels[one.geometry].plot(
+                np.arange(len(one.angle_deg)) + 1,
+                one.angle_deg,
+                color=colours[kinds.index(one.kind) % len(colours)],
+                linestyle="--" if one.kind.startswith("rolling") else "-",
+                label=one.kind,
+            )
+        for geometry, axes in panels.items():
+            axes.set(xscale="log", yscale="log", xlabel="number of the hit")
+            set_log_ticks(axes)
+            axes.set_title(GEOMETRY_WORDS[geometry], loc="left")
+        columns[0].set_ylabel("median angle to the wall at which grains leave [°]")
+        legend_below(figure, columns=4)
+        return make_picture(figure, name)
 
 
 def failure_lines(study: Study) -> list[str]:
@@ -163,7 +150,7 @@ def study_text(study: Study) -> str:
         "Extreme particles and impacts are simulated with the laws of the pair. Each rebound must "
         "end, be finite, leave the wall, and gain no energy.",
         "\n".join([GOOD if study.holds else BAD, *failure_lines(study)]),
-        f"{sum(o.particles for o in outcomes):,} particles in {len(outcomes):,} cases; failures: "
+        f"{sum(o.rebounds for o in outcomes):,} particles in {len(outcomes):,} cases; failures: "
         f"{counts or 'none'}. Contact resolution {study.contact_resolution:g}, flight tolerance "
         f"{study.tolerance:g}, {study.count} particles a case, seed {study.seed}. 'tablegen "
         "simulate' repeats a case with its seed.",
@@ -176,5 +163,5 @@ def study_text(study: Study) -> str:
     if study.chains:
         caption = "Many hits: sixty of all grains, a thousand of discs that roll"
         rows = chain_rows(study.chains)
-        parts += [f"{CHAIN_LEGEND}\n{ROLLING_LEGEND}", str(TextTable(caption, CHAIN_HEAD, rows))]
+        parts += [CHAIN_LEGEND, str(TextTable(caption, CHAIN_HEAD, rows))]
     return "\n\n".join(parts)

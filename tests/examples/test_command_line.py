@@ -16,8 +16,6 @@ import pytest
         ("cyclone", ["--seed", "-1"], "--seed: got -1"),
         ("cyclone", ["--compact", "no/such/table.h5"], "--compact"),
         ("cyclone", ["--picture", "no/such/folder/c.png"], "--picture: got no/such/folder/c.png"),
-        ("four_numbers", ["--count", "1"], "--count: got 1"),
-        ("four_numbers", ["--table", "kharaz-2001"], "--table"),
         ("how_sure", ["--pairs", "corundum-steel", "no-such-pair"], "--pairs"),
         ("how_sure", ["--seed", "1.5"], "--seed: got 1.5"),
         ("openfoam_bend", ["no/such/folder"], "folder: got no/such/folder"),

@@ -1,16 +1,11 @@
-"""``tablegen figures``: its files, and the numbers that it puts beside the paper's."""
-
-import sys
+"""Numbers and figures that the study of the paper puts beside the paper's."""
 
 import numpy as np
+import paper as papers
+import paper_figures
+import paper_statistics
 import pytest
-from command_line import DONE
-from page_reader import read_page
-
-import sampler
-from tablegen.config.config import load_config
-from tablegen.evidence import paper as papers
-from tablegen.evidence.paper_statistics import (
+from paper_statistics import (
     ANGLES,
     SCATTERING_BINS,
     SHAPES,
@@ -19,10 +14,11 @@ from tablegen.evidence.paper_statistics import (
     sample_statistics_of,
     speed_of_figures,
 )
-from tablegen.presentation import Picture
+
+import sampler
+from tablegen.config.config import load_config
 
 COUNT = 5_000
-FEW = (15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 NAMES = {*(f"figure-{k:02d}.svg" for k in (3, 4, 5, 6, 7, 8, 9, 10, 13)), "figure-12.png"}
 
 
@@ -107,35 +103,18 @@ def test_maxima_of_an_indicatrix(centres):
     assert papers.indicatrix_maxima(counts) == pytest.approx(centres, abs=1.0)
 
 
-def test_command_writes_every_figure_and_the_numbers(run, tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("tablegen.evidence.paper_statistics.ANGLES", FEW)
-    words = [tiny.path, "--output", tmp_path / "made", "--count", "1000", "--quiet"]
-    assert run("figures", *words).status == DONE
-    assert {path.name for path in (tmp_path / "made").iterdir()} == NAMES | {papers.PAGE}
-    page = read_page((tmp_path / "made" / papers.PAGE).read_text())
-    assert len(page.values("alt")) == len(NAMES)
-    assert {"ellipsoid, paper", "42.2", "ellipsoid, doubled", "table"} <= set(page.texts)
-
-
-def undrawn(_figure, name, title, alternative):
-    """Stand in for `make_picture`, whose pictures the test above draws."""
-    return Picture(name, title, alternative, b"")
-
-
-def test_another_pair_has_its_own_name_and_speed_and_no_numbers_of_the_paper(
-    run, tmp_path, monkeypatch
+@pytest.mark.parametrize("pair", ["corundum-steel", "forder-1998"])
+def test_program_writes_every_figure_and_only_the_papers_pair_has_its_numbers(
+    pair, tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr("tablegen.evidence.paper_statistics.ANGLES", FEW)
-    monkeypatch.setattr("tablegen.evidence.paper_figures.make_picture", undrawn)
-    words = ["forder-1998", "--output", tmp_path / "forder", "--count", "1000", "--quiet"]
-    assert run("figures", *words).status == DONE
-    page = read_page((tmp_path / "forder" / papers.PAGE).read_text())
-    words = " ".join(page.texts)
-    assert "forder-1998 in the figures of" in words
-    assert "100 m/s" in words
-    assert "42.2" not in words
-    assert "twice" not in words
-    assert len(page.values("alt")) == len(NAMES)
+    monkeypatch.setattr(paper_statistics, "ANGLES", paper_figures._INDICATRIX_ANGLES)
+    monkeypatch.setattr(papers, "collision_table", lambda _: "table of collisions")
+    monkeypatch.setattr(papers, "statement_table", lambda _: "")
+    monkeypatch.setattr(papers, "noticed_table", lambda _: "")
+    monkeypatch.setattr(paper_figures, "make_picture", lambda _, name: name.encode())
+    papers.main([pair, "--output", str(tmp_path / "made"), "--count", "1000"])
+    assert {path.name for path in (tmp_path / "made").iterdir()} == NAMES
+    assert ("table of collisions" in capsys.readouterr().out) == (pair == "corundum-steel")
 
 
 def test_speed_is_the_nearest_that_was_measured_and_tabulated():
@@ -146,28 +125,15 @@ def test_speed_is_the_nearest_that_was_measured_and_tabulated():
     assert speed_of_figures(table, slow) == 120.0
 
 
-def test_spheres_are_refused_with_the_reason(refused, tmp_path):
-    line = refused("figures", "kharaz-2001", "--output", tmp_path / "x")
-    assert "spheres only, which all leave alike" in line
-    assert not (tmp_path / "x").exists()
-
-
 @pytest.mark.parametrize(
-    ("place", "refusal"),
+    ("words", "line"),
     [
-        ("none/there/x", "cannot write none/there/x: there is no folder {folder}/none/there"),
-        ("taken", "taken is a file; give a folder"),
+        (["kharaz-2001"], "spheres all leave alike"),
+        (["no-such-table"], "no-such-table"),
+        (["--count", "999"], "--count: got 999"),
     ],
 )
-def test_refusals_name_the_folder(refused, monkeypatch, tmp_path, place, refusal):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "taken").write_text("mine")
-    line = refused("figures", "--output", place)
-    assert line == f"--output: {refusal.format(folder=tmp_path)}"
-
-
-def test_without_matplotlib_nothing_is_simulated(refused, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.setattr(papers, "make_statistics", None)
-    line = refused("figures", "--output", tmp_path / "x")
-    assert line.startswith("tablegen figures: matplotlib is not installed; run: pip")
+def test_a_mistake_ends_with_status_2(words, line, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        papers.main(words)
+    assert line in capsys.readouterr().err

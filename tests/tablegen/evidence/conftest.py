@@ -1,7 +1,7 @@
 import pytest
 
 from tablegen.evidence import report as reports
-from tablegen.evidence.benchmark import Budget
+from tablegen.evidence.error_against_time import Budget
 
 #: Sizes of a report that takes seconds: enough to run every part.
 TINY = Budget(
@@ -9,13 +9,8 @@ TINY = Budget(
     batch=1_000,
     batches=2,
     classified=400,
-    training=2_000,
     timed=500,
     conditions=((0.3, 0.4),),
-    grid=(2, 2),
-    mapped=2_000,
-    views=(1, 1),
-    viewed=3_000,
     chained=500,
 )
 

@@ -10,12 +10,11 @@ from refusals import refused
 
 from sampler.errors import REBOUND_NOT_ENDED, InputError
 from tablegen.config.config import load_config
-from tablegen.evidence import stability as module
 from tablegen.evidence import stability_cases
 from tablegen.evidence import stability_chains as chains
 from tablegen.evidence import stability_friction as friction
-from tablegen.evidence.stability import Study, run_case, run_study
-from tablegen.evidence.stability_cases import Case, all_cases
+from tablegen.evidence.stability import Study, run_study
+from tablegen.evidence.stability_cases import Case, all_cases, run_case
 from tablegen.evidence.stability_chains import rolling_arrivals, run_chains
 from tablegen.evidence.stability_friction import run_friction
 from tablegen.evidence.stability_text import (
@@ -57,8 +56,7 @@ def test_a_case_is_what_three_simulations_of_the_same_particles_say(case):
         population = CONFIG.population.restricted_to(case.shape).with_aspect(*case.aspect)
         return simulate_condition(CONFIG.pair, population, condition, 10, seed=5, threads=1)
 
-    result, usual = run_case(CONFIG, case, 10, seed=5), by_hand()
-    f = result.figures
+    f, usual = run_case(CONFIG, case, 10, seed=5), by_hand()
     assert f.most_collisions == usual.collisions.max()
     assert f.least_velocity == usual.state[:, 1].min()
     assert f.growth == usual.energy.sum(axis=1).max() - 1.0
@@ -83,7 +81,7 @@ def study():
     ],
 )
 def test_failures(study, changes, failures):
-    outcome = replace(study.outcomes[0], figures=replace(study.outcomes[0].figures, **changes))
+    outcome = replace(study.outcomes[0], **changes)
     assert list(outcome.failures) == failures
     assert outcome.to_dict()["failures"] == list(outcome.failures.values())
 
@@ -98,8 +96,9 @@ def test_cases_keep_their_order_and_repeat_alone_with_their_seeds(study):
 
 def test_the_worst_case_of_each_quantity_is_named_with_its_seed(study):
     well = study.outcomes[0]
-    grows = replace(well, figures=replace(well.figures, growth=0.25))
-    stuck = replace(well, unfinished=3, figures=None)
+    grows = replace(well, growth=0.25)
+    measured = ("growth", "least_velocity", "unaccounted", "most_collisions", "contact", "flight")
+    stuck = replace(well, unfinished=3, **dict.fromkeys(measured))
     outcomes = (*study.outcomes, grows, stuck)
     assert [
         "largest gain of energy, over that before",
@@ -156,13 +155,13 @@ def test_chains_are_followed_and_each_hit_is_checked():
     assert round_disc.spin == pytest.approx(1.0, abs=1e-3)
     assert other.energy < 0.999
     assert len(chain_rows(outcomes)) == len(outcomes)
-    assert chain_picture(outcomes).data.startswith(b"<?xml")
+    assert chain_picture(outcomes, "chains.svg").startswith(b"<?xml")
 
 
 @pytest.mark.parametrize(
     ("spoil", "kind"),
     [
-        (lambda after: after.velocity.__setitem__((3, 0), np.nan), "not finite"),
+        (lambda after: after.velocity.__setitem__((3, 0), np.nan), "unfinished"),
         (lambda after: after.omega.__imul__(3.0), "growing energy"),
         (
             lambda after: after.velocity.__setitem__((3, slice(None)), (1.0, 0.0, 0.0)),
@@ -192,7 +191,7 @@ def test_failures_of_a_chain_are_named(monkeypatch, spoil, kind):
     assert kind in outcome.failures
     monkeypatch.setattr(DirectModel, "rebound", end)
     outcome = chains.outcome_of(model, ("grains", "any"), start, 5, 1)
-    assert outcome.failures == {"unfinished": "a grain is unfinished"}
+    assert outcome.failures == {"unfinished": "1 of 10 did not end"}
     json.dumps(outcome.to_dict(), allow_nan=False)
 
 
@@ -203,8 +202,8 @@ def few_cases(monkeypatch):
 
 @pytest.mark.usefixtures("few_cases")
 def test_good_model_is_status_0(run, tmp_path):
-    record, page = tmp_path / "s.json", tmp_path / "s.html"
-    ended = run("stability", "demo", *FEW, 5, "--json", record, "--html", page)
+    record, picture = tmp_path / "s.json", tmp_path / "s.png"
+    ended = run("stability", "demo", *FEW, 5, "--json", record, "--picture", picture)
     assert (ended.status, ended.err) == (DONE, "")
     assert "12 particles in 4 cases; failures: none" in ended.out
     data = json.loads(record.read_text())
@@ -212,8 +211,7 @@ def test_good_model_is_status_0(run, tmp_path):
     assert {law["rebounds"] for law in data["friction"]} == {5}
     assert {chain["grains"] for chain in data["chains"]} == {2, 5}
     assert GOOD in ended.out
-    assert GOOD in page.read_text()
-    assert "<img" in page.read_text()
+    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.usefixtures("few_cases")
@@ -221,11 +219,16 @@ def test_wrong_model_is_status_1_and_is_reported(run, tmp_path, monkeypatch):
     def does_not_finish(*_, **__):
         raise RuntimeError("still in contact")
 
-    monkeypatch.setattr(module, "simulate_condition", does_not_finish)
+    monkeypatch.setattr(stability_cases, "simulate_condition", does_not_finish)
     ended = run("stability", *FEW, 0, "--json", tmp_path / "s.json")
     assert (ended.status, ended.err) == (MISSED, "")
-    assert "a particle is unfinished" in ended.out
+    assert "3 of 3 did not end" in ended.out
     assert json.loads((tmp_path / "s.json").read_text())["holds"] is False
+
+
+def test_a_picture_needs_chains(refuse, tmp_path):
+    line = refuse("tablegen", "stability", "--grains", 0, "--picture", tmp_path / "s.png")
+    assert line == "--picture: --grains 0 leaves nothing to draw"
 
 
 def test_a_tolerance_that_cannot_be_halved_is_refused():
