@@ -11,7 +11,7 @@ Restitution of corundum on steel was measured at contacts of 50 to 300 m/s. The 
 below 50 m/s as extrapolated, constant, and by the yield laws of Johnson (Contact Mechanics, 1985,
 11.4) and Thornton (J. Appl. Mech. 64 (1997) 383), which match the measured law at 50 m/s at every
 angle; then by a share, at all speeds. The last law has twice the sliding resistance, with which the
-paper's table of collisions agrees better (`python docs/studies/paper.py`). All results are direct simulation,
+paper's table of collisions agrees better (docs/paper.md). All results are direct simulation,
 because a table of each law would take longer to make.
 """
 

@@ -9,8 +9,8 @@ import pytest
 from refusals import refused as refused_call
 
 from sampler.options import NO_READER
+from tablegen.commands.joint_picture import Source, joint_picture
 from tablegen.commands.main import main
-from tablegen.evidence.plots import Source, joint_picture
 from tablegen.presentation import require_matplotlib
 
 
@@ -96,7 +96,7 @@ def test_pictures_do_not_depend_on_the_settings_of_matplotlib():
     pictures = []
     for settings in ({}, {"text.usetex": True, "savefig.bbox": "tight", "figure.dpi": 7}):
         with matplotlib.rc_context(settings):
-            pictures.append(joint_picture([source, source], "a.png", "title", "text").data)
+            pictures.append(joint_picture([source, source], "a.png", "title"))
     assert pictures[0] == pictures[1]
 
 
