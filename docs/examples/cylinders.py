@@ -18,7 +18,8 @@ import sampler
 
 GAS_DENSITY, VISCOSITY, DENSITY, SPEED = 1.16, 1.85e-5, 3950.0, 120.0  # air and corundum, SI
 RADIUS, PITCH, COLUMNS, AHEAD = 5e-3, 20e-3, 3, -10e-3  # of cylinders; where grains enter, m
-STEP, CELL, STAYS = 2e-4, 5e-4, 1.0  # of path, m; of the density, m; slowest rebound, m/s
+STEP, CELL = 2e-4, 5e-4  # of path, m; of the density, m
+HOP = 0.01  # height of the lowest hop that is followed, in diameters
 CELLS = round(PITCH / CELL), round((COLUMNS * PITCH - AHEAD) / CELL)  # across, along the stream
 BACK, PASSED, STAYED = -1, -2, -3  # fates, in place of the number of a column
 ENERGY = "energy of those thrown back, J/kg"
@@ -95,9 +96,11 @@ def step(p, drag, h):
 def fly(states, drags, field):
     """Fly grains to their next walls or ends, from states that are replaced by those there.
 
-    Adds the seconds in each cell to a field. Returns columns or fates, normals, times, times ahead.
+    Adds the seconds in each cell to a field. Returns columns or fates, normals, times, times ahead,
+    and the accelerations that press grains to the cylinders, less those of their paths round them.
     """
     where, normal, times = np.empty(len(states), np.int64), 0.0 * states[:, :3], 0.0 * states[:, :2]
+    pressing = np.empty(len(states))
     for k in range(len(states)):
         p = (states[k, 0], states[k, 1], states[k, 2], states[k, 3], states[k, 4])
         drag, outside = (drags[k, 0], drags[k, 1]), True
@@ -115,7 +118,9 @@ def fly(states, drags, field):
         column, x, y = from_axis(p[0], p[1])
         where[k] = column if not outside else BACK if p[0] < 0.0 else PASSED
         normal[k, 0], normal[k, 1] = x / math.hypot(x, y), y / math.hypot(x, y)
-    return where, normal, times[:, 0], times[:, 1]
+        a, around = acceleration(p, drag), normal[k, 0] * p[3] - normal[k, 1] * p[2]
+        pressing[k] = -a[0] * normal[k, 0] - a[1] * normal[k, 1] - around * around / RADIUS
+    return where, normal, times[:, 0], times[:, 1], pressing
 
 
 def follow(law, model, count, sizes, seed, progress):
@@ -133,14 +138,15 @@ def follow(law, model, count, sizes, seed, progress):
     while len(index):
         fields.append(np.zeros(CELLS))
         flown, of_grain = states[index], diameter[index]
-        column, normal, flight, passing = fly(flown, drags[index], fields[-1])
+        column, normal, flight, passing, pressing = fly(flown, drags[index], fields[-1])
         states[index] = flown
         ahead[index] += passing * (hits[index] > 0)
         omega[index] = spin_after(omega[index], flight, moment[index], of_grain)
         velocity, ended = flown[:, 2:], column < 0
         fate[index[ended]] = column[ended]
         into = -(velocity * normal).sum(axis=1)
-        k = (into >= STAYS) & ~ended
+        slowest = np.sqrt(2.0 * np.maximum(pressing, 0.0) * HOP * of_grain)
+        k = (into >= slowest) & ~ended
         progress.update(len(index) - k.sum())
         index, velocity, into = index[k], velocity[k], into[k]
         speed = np.linalg.norm(velocity, axis=1)

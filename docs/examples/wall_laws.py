@@ -4,8 +4,8 @@
 
 Air of 120 m/s carries corundum grains of 30 to 100 um past three staggered columns of cylinders of
 10 mm, 20 mm apart along and across the stream (`cylinders.py`). Under every law a grain has the
-same drag and torque, and stays on a wall that it meets at less than 1 m/s along the normal. Sizes,
-edges of classes, are diameters of spheres of equal volume.
+same drag and torque, and stays on a cylinder if its next hop would be lower than a hundredth of its
+diameter. Sizes, edges of classes, are diameters of spheres of equal volume.
 """
 
 import itertools

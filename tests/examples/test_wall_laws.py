@@ -43,7 +43,7 @@ def test_flights_are_those_of_an_independent_integration():
 
     surface.terminal = True
     solution = solve_ivp(slope, (0.0, 1.0), start[0], events=surface, rtol=1e-9, atol=1e-12)
-    column, normal, time, _ = cylinders.fly(start, drags, np.zeros(cylinders.CELLS))
+    column, normal, time, *_ = cylinders.fly(start, drags, np.zeros(cylinders.CELLS))
     assert column[0] == 0
     np.testing.assert_allclose(time, solution.t_events[0], rtol=1e-4)
     np.testing.assert_allclose(start, solution.y_events[0], rtol=1e-3)
