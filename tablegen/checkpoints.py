@@ -1,25 +1,24 @@
 """Run the tasks of a long run, and keep their results, so that an interrupted run can resume.
 
 The result of a task depends on its arguments and the software alone. So a table depends neither on
-the executor, nor on the order of the tasks, nor on interruptions. Finished results are kept as
-``.npz`` files in the folder ``OUTPUT.parts`` until the output is complete. A stamp in the folder
-identifies the configuration, the seed and the software of the run.
+the executor, nor on the order of the tasks, nor on interruptions. Finished results are pieces in
+the folder ``OUTPUT.parts`` until the output is complete. The name of a piece is made of all that
+decides its result: configuration, seed, software and the key of the task. A run reads pieces of its
+own name only, so pieces of another configuration or version are never used.
 """
 
-import errno
 import hashlib
 import io
 import os
 import platform
 import time
-import zipfile
 from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import Executor, as_completed
 from contextlib import closing, nullcontext, suppress
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,20 +31,10 @@ from sampler.library import processors
 from tablegen.parallel import thread_pool
 from tablegen.progress import bar
 
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
-
 Arrays = dict[str, NDArray[Any]]
 
 #: Name of the processor time [s] in the result of a task; a task runs in one thread.
 SECONDS = "seconds"
-
-_STAMP = "stamp.sha256"
-
-#: File that the living run holds locked.
-_LOCK = "running.lock"
 
 #: Endings of files that results depend on: Python, the draw in C, and numbers.
 _SOURCES = (".py", ".c", ".h", ".npy")
@@ -75,163 +64,76 @@ def parts_path(output: Path) -> Path:
 
 
 class CheckpointStore:
-    """Checkpoints of a run, in a folder beside its output.
+    """Finished pieces of a run, in a folder beside its output.
 
-    The store is a context manager. At its end, it removes the folder if there are no checkpoints.
+    A piece is the SHA-256 of its content, 32 bytes, and the content, as `numpy.savez` writes it.
 
     Parameters
     ----------
     output : Path
         File that the run will write.
     fingerprint : str
-        All that decides the results: configuration, seed and software.
+        All that decides the results beside the keys: configuration, seed and software.
     resume : bool
-        Use the checkpoints of an interrupted run.
-    discard : bool
-        Remove the checkpoints of an interrupted run.
+        Whether to read the pieces of an interrupted run; otherwise they are written again.
 
     Attributes
     ----------
     folder : Path
-    resumed : bool
-        Whether there were checkpoints of an interrupted run to use.
-
-    Raises
-    ------
-    InputError
-        There are checkpoints, and neither ``resume`` nor ``discard`` is given, or they are those of
-        another run; another run is writing the output; the folder has other files, or cannot be
-        made.
     """
 
-    def __init__(
-        self, output: Path, fingerprint: str, *, resume: bool = False, discard: bool = False
-    ) -> None:
-        if resume and discard:
-            problem = "is given with --resume"
-            raise InputError("--discard", problem=problem, remedy="give one of the two")
-        self.folder = parts_path(output)
-        self._stamp = hashlib.sha256(fingerprint.encode()).hexdigest()
-        self._output = output
-        stamp = self.folder / _STAMP
-        try:
-            self.folder.mkdir(exist_ok=True)
-            if not stamp.is_file() and {path.name for path in self.folder.iterdir()} - {_LOCK}:
-                problem = f"{self.folder} exists, and is not the folder of an unfinished run"
-                raise InputError("output", problem=problem, remedy="choose another output")
-            self._lock = self._lock_output()
-            try:
-                self.resumed = self._begin(stamp, resume, discard)
-            except BaseException:
-                self._lock.close()
-                raise
-        except OSError as error:
-            problem = f"cannot make {self.folder}: {error.strerror}"
-            raise InputError("output", problem=problem) from error
+    def __init__(self, output: Path, fingerprint: str, *, resume: bool = False) -> None:
+        self.folder, self._resume = parts_path(output), resume
+        self._name = f"piece-{hashlib.sha256(fingerprint.encode()).hexdigest()[:12]}"
 
-    def _begin(self, stamp: Path, resume: bool, discard: bool) -> bool:
-        """Return whether the run resumes; if not, remove old checkpoints and write the stamp."""
-        old_stamp = stamp.read_text() if stamp.is_file() else ""
-        if not discard and self._pieces():
-            self._check_can_resume(old_stamp, resume)
-            return True
-        for path in self._pieces():
-            path.unlink()
-        stamp.write_text(self._stamp)
-        return False
-
-    def _check_can_resume(self, old_stamp: str, resume: bool) -> None:
-        """Refuse checkpoints of another run, and checkpoints that the user did not ask to use."""
-        same = old_stamp == self._stamp
-        if not (same and resume):
-            other = "" if same else ", made from another configuration or version"
-            pieces = len(self._pieces())
-            count = f"{pieces} piece{'s' * (pieces > 1)}"
-            choice = "--resume to use them" if same else "another output"
-            raise InputError(
-                "output",
-                problem=f"{self.folder} has {count} of an unfinished run{other}",
-                remedy=f"give {choice}, or --discard to remove them",
-            )
-
-    def _lock_output(self) -> BinaryIO:
-        """Claim the output for this run, as long as the returned file is open.
-
-        The system frees the lock of a process that ends in any way. Where it knows no locks, the
-        first of two runs to end writes the output, and the other is refused.
-        """
-        path = self.folder / _LOCK
-        while True:
-            self.folder.mkdir(exist_ok=True)
-            file = path.open("ab")
-            try:
-                if fcntl is not None:
-                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                # the run that held the lock may have removed the file since it was opened
-                if path.exists() and os.path.samestat(os.fstat(file.fileno()), path.stat()):
-                    return file
-            except OSError as error:
-                if error.errno not in (errno.EWOULDBLOCK, errno.EACCES):
-                    return file  # no locks on this file system
-                file.close()
-                problem = f"another run is writing {self._output}"
-                remedy = "wait for its end, stop it, or choose another output"
-                raise InputError("output", problem=problem, remedy=remedy) from None
-            file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._pieces():
-            with suppress(OSError):
-                (self.folder / _LOCK).unlink(missing_ok=True)
-        else:
-            self.remove()
-        self._lock.close()
-
-    def _pieces(self) -> list[Path]:
-        return list(self.folder.glob("piece-*.npz"))
+    def pieces(self) -> list[Path]:
+        """List the pieces of this configuration and software."""
+        return list(self.folder.glob(f"{self._name}-*"))
 
     def path(self, key: str) -> Path:
-        """Name the file of a checkpoint."""
-        return self.folder / f"piece-{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
+        """Name the file of a piece."""
+        return self.folder / f"{self._name}-{hashlib.sha256(key.encode()).hexdigest()[:16]}"
 
     def load(self, key: str) -> Arrays | None:
-        """Read the arrays of a checkpoint; returns None if it is missing or damaged."""
-        return _read_arrays(self.path(key))
+        """Read the arrays of a piece; returns None if it is missing, damaged, or not to be read."""
+        return _read_arrays(self.path(key)) if self._resume else None
 
     def seconds(self) -> float:
-        """Sum up the processor seconds of all checkpoints."""
-        pieces = (_read_arrays(path) for path in self._pieces())
+        """Sum up the processor seconds of the pieces that this run uses."""
+        pieces = map(_read_arrays, self.pieces() if self._resume else ())
         return sum(float(piece[SECONDS]) for piece in pieces if piece)
 
     def save(self, key: str, arrays: Mapping[str, Any]) -> None:
-        """Write a checkpoint; raises `InputError` if that fails."""
+        """Write a piece; raises `InputError` if that fails."""
         buffer = io.BytesIO()
-        with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file:
-            for name, array in arrays.items():
-                with file.open(f"{name}.npy", "w", force_zip64=True) as member:
-                    np.lib.format.write_array(member, np.asarray(array), allow_pickle=False)
-        write_bytes(self.path(key), buffer.getvalue())
+        np.savez(buffer, **arrays)
+        content = buffer.getvalue()
+        try:
+            self.folder.mkdir(exist_ok=True)
+        except OSError as error:
+            problem = f"cannot make {self.folder}: {error.strerror}"
+            raise InputError("output", problem=problem) from error
+        write_bytes(self.path(key), hashlib.sha256(content).digest() + content)
 
     def remove(self) -> None:
-        """Remove all checkpoints and their folder."""
+        """Remove all pieces, those of other runs too, and their folder."""
         with suppress(OSError):  # other files of the user may stay in it
-            for path in self._pieces():
+            for path in self.folder.glob("piece-*"):
                 path.unlink()
-            (self.folder / _STAMP).unlink(missing_ok=True)
-            (self.folder / _LOCK).unlink(missing_ok=True)
             self.folder.rmdir()
 
 
 def _read_arrays(path: Path) -> Arrays | None:
-    """Read the arrays of a file; returns None if it is missing or damaged."""
+    """Read the arrays of a piece; returns None if it is missing or damaged."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+        data = path.read_bytes()
+    except OSError:
         return None
+    digest, content = data[:32], data[32:]
+    if hashlib.sha256(content).digest() != digest:
+        return None
+    with np.load(io.BytesIO(content), allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}
 
 
 class Task(NamedTuple):

@@ -51,11 +51,6 @@ def resumable(output: Path) -> Iterator[None]:
 @click.option(
     "--resume", is_flag=True, help="Continue an interrupted run from its finished pieces."
 )
-@click.option(
-    "--discard",
-    is_flag=True,
-    help="Delete the finished pieces of an interrupted run, and begin again.",
-)
 @shared.conditions(
     "Number of conditions between nodes at which the accuracy is measured and stored."
 )
@@ -89,7 +84,6 @@ def generate(
     config: str,
     output: Path,
     resume: bool,
-    discard: bool,
     conditions: int,
     samples: int | None,
     executor: str,
@@ -100,14 +94,14 @@ def generate(
     """Make a table for a material pair or scene (a name, or the path of a .toml file).
 
     First the command says which particles are simulated, and estimates the cost: nodes, and minutes
-    of one processor. It extrapolates the minutes from three nodes. The real cost is usually within
-    30 %, unless other programs use the processor. Progress bars show the remaining time of each
-    stage, and where the error is largest. With --quiet, the command says none of this.
+    of one processor. The minutes are those of one node and of one leaf of the spin law, times their
+    numbers. Progress bars show the remaining time of each stage, and where the error is largest.
+    With --quiet, the command says none of this.
 
     The command adds nodes where the table differs from direct simulation by more than the accuracy
     that the configuration declares. It keeps finished pieces in T.h5.parts until the table is
-    complete. If a run was interrupted, give --resume or --discard. All executors make the same
-    table, bit by bit.
+    complete. If a run was interrupted, --resume uses the pieces of this configuration and version.
+    All executors make the same table, bit by bit.
 
     At the end the table is validated, and the distances are stored in it. If the declared accuracy
     is missed, the exit status is 1, and a line says what to do.
@@ -117,6 +111,7 @@ def generate(
     from tablegen.tables import executors
     from tablegen.tables.cost import Cost, cost_text, spent_text
     from tablegen.tables.generate import generate as generate_table
+    from tablegen.tables.generate import pieces_of
 
     costs: list[Cost] = []
 
@@ -132,13 +127,18 @@ def generate(
         if pool is None:  # This MPI rank was a worker, and its work is done.
             return DONE
         settings = load_config(config)
-        for line in [f"particles: {settings.population}", *settings.doubts()] if progress else ():
+        lines = [f"particles: {settings.population}", *settings.doubts()]
+        store = pieces_of(settings, output)
+        if store.pieces() and not resume:
+            lines.append(f"{store.folder} has pieces of this table; --resume would use them")
+        elif resume and not store.pieces():
+            lines.append(f"{store.folder} has no piece of this configuration and version")
+        for line in lines if progress else ():
             note("tablegen", line)
         generated = generate_table(
             settings,
             output,
             resume=resume,
-            discard=discard,
             executor=pool,
             conditions=conditions,
             samples=samples,

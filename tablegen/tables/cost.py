@@ -1,42 +1,27 @@
-"""Estimate the processor time of a table from the time of a few nodes, and describe it.
+"""Estimate the processor time of a table from one node and one leaf, and describe it.
 
-Work is counted in particles of nodes: the unit is the simulation of one particle, and the ranking
-of its variables. It takes about two microseconds. The numbers below are measured times in this
-unit. tablegen/fitting/EXPERIMENTS.md compares estimates with real times.
+The estimate is the time of a node times the most nodes that the table may get, and the time of a
+leaf times the number of leaves. Not all of these nodes are fitted, and the trials that choose them
+are not counted; the two are of similar size. tablegen/fitting/EXPERIMENTS.md compares estimates
+with real times.
 """
 
 import math
+import time
 from typing import NamedTuple
 
-from tablegen.accuracy.measure import sample_size
+import numpy as np
+
+from tablegen.checkpoints import Arrays, Task
+from tablegen.config.config import Config
 from tablegen.fitting.law_conditions import covered_range
-from tablegen.fitting.resolution import Resolution
-from tablegen.tables.interpolation_error import SMALLEST_CHEAP_SAMPLES
+from tablegen.fitting.resolution import SpinSizes
+from tablegen.fitting.spin_law import ShapeConditions, conditions_task, leaf_task
 from tablegen.tables.plan import Plan
 from tablegen.tables.refine import NodeCache
 
-#: Fit of a mixture of K components, over K^2: it sees a number of particles for each component.
-_MIXTURE = 1.8
-
-#: Comparison of one state with simulation, by the cheap metrics and by all metrics; and the
-#: classifier of one comparison.
-_CHEAP_STATE, _STATE, _CLASSIFIER = 0.9, 2.0, 2.5e5
-
-#: Share of the states that a trial by cheap metrics takes on average.
-_TRIED_SHARE = 0.33
-
-#: Fit of a leaf to one rebound, the conditions of the leaf included: without experts, and for each
-#: expert.
-_REBOUND, _REBOUND_BY_EXPERT = 3.2, 0.0166
-
-#: Measurement of a spin law along chains of hits.
-_CHAINS = 6.2e6
-
-#: Share of the nodes that may be added to the first grid and are added.
-_ADDED_SHARE = 0.45
-
-#: Conditions at which the mixture is chosen: so many nodes and comparisons.
-_PROBES = 12
+#: Rebounds of a leaf that is fitted to compile the kernels only.
+_TO_COMPILE = 2000
 
 
 class Cost(NamedTuple):
@@ -49,16 +34,14 @@ class Cost(NamedTuple):
     spent: float
 
 
-def estimate(plan: Plan, cache: NodeCache, conditions: int, spent: float) -> Cost:
-    """Fit a few nodes, and extrapolate their time to the whole table.
+def estimate(plan: Plan, cache: NodeCache, spent: float) -> Cost:
+    """Fit a node and a leaf, and multiply their times by the numbers of nodes and leaves.
 
     Parameters
     ----------
     plan : Plan
     cache : NodeCache
-        Fits the nodes, and keeps them for the table.
-    conditions : int
-        Number of conditions at which the finished table is measured.
+        Fits the node, and keeps it for the table.
     spent : float
         Processor time [s] of the pieces of an interrupted run.
 
@@ -66,61 +49,28 @@ def estimate(plan: Plan, cache: NodeCache, conditions: int, spent: float) -> Cos
     -------
     Cost
     """
-    begin, (alphas, speeds) = cache.runner.seconds, plan.grid
-    timed = [(a, speeds[-1]) for a in sorted({alphas[0], alphas[len(alphas) // 2], alphas[-1]})]
-    cache.fit(plan.sizes[0], timed)
-    seconds = (cache.runner.seconds - begin) / (len(timed) * _node_work(plan.sizes[0]))
-    work = _grid_work(plan) + _spin_law_work(plan) + _measurement_work(plan, conditions)
-    return Cost(plan, max(work * seconds - spent, 0.0), spent)
-
-
-def _node_work(size: Resolution) -> float:
-    return size.samples + _MIXTURE * size.components**2
-
-
-def _grid_work(plan: Plan) -> float:
-    """Estimate the work of nodes, of their trials, and of the choice of the mixture."""
-    angles, speeds = (
-        first + _ADDED_SHARE * (most - first)
-        for first, most in zip(plan.first, plan.most, strict=True)
-    )
-    states = sample_size(plan.config.accuracy, SMALLEST_CHEAP_SAMPLES)
+    runner, (alphas, speeds) = cache.runner, plan.grid
+    begin = runner.seconds
     # if there is a choice of mixtures, the largest is the one that the accuracy is likely to need
-    work = angles * speeds * _node_work(plan.sizes[-1])
-    if len(plan.sizes) > 1:
-        work += _PROBES * (_node_work(plan.sizes[-1]) + _CHEAP_STATE * states + _CLASSIFIER)
-    if plan.first != plan.most:
-        trials = _count_trials(plan.first, angles, speeds)
-        work += trials * _TRIED_SHARE * _CHEAP_STATE * states
-        work += (angles - 1) * (_CHEAP_STATE * states + _CLASSIFIER)
-    return work
+    cache.fit(plan.sizes[-1], [(alphas[len(alphas) // 2], speeds[-1])])
+    seconds = (runner.seconds - begin) * math.prod(plan.most)
+    if plan.spin:
+        code, sizes = next(iter(plan.spin.items()))
+        tasks = {"leaf": Task(_fit_one_leaf, (plan.config, code, sizes))}
+        leaf = runner.run("fitting a leaf", tasks, stored=False)["leaf"]
+        seconds += float(leaf["seconds_of_leaf"]) * plan.leaves
+    return Cost(plan, max(seconds - spent, 0.0), spent)
 
 
-def _count_trials(first: tuple[int, int], angles: float, speeds: float) -> float:
-    """Count the trials on the edges of a first grid, on halves of edges, and in final cells."""
-    between_angles = first[0] - 1 + 2 * (angles - first[0])
-    between_speeds = first[1] - 1 + 2 * (speeds - first[1])
-    edges = between_angles * first[1] + between_speeds * first[0]
-    return edges + (angles - 1) * (speeds - 1)
-
-
-def _spin_law_work(plan: Plan) -> float:
-    return sum(
-        (sizes.leaves + sizes.nonspinning_leaves)
-        * sizes.rebounds
-        * (_REBOUND + _REBOUND_BY_EXPERT * sizes.groups * sizes.experts)
-        for sizes in plan.spin.values()
-    )
-
-
-def _measurement_work(plan: Plan, conditions: int) -> float:
-    if conditions == 0:
-        return 0.0
-    config = plan.config
-    work = conditions * (_STATE * sample_size(config.accuracy) + _CLASSIFIER)
-    if config.spin:
-        work += conditions * (_STATE * sample_size(config.spin_targets) + _CLASSIFIER) + _CHAINS
-    return work
+def _fit_one_leaf(config: Config, shape_code: int, sizes: SpinSizes) -> Arrays:
+    """Time the fit of a leaf that holds all conditions of a shape, with kernels compiled before."""
+    few = sizes._replace(leaves=1, nonspinning_leaves=1)
+    shape = ShapeConditions(**conditions_task(config, shape_code, few, "estimate"))
+    leaf = shape.leaf_conditions(1)
+    leaf_task(config, shape_code, leaf, sizes._replace(rebounds=_TO_COMPILE), "estimate")
+    begin = time.thread_time()
+    leaf_task(config, shape_code, leaf, sizes, "estimate")
+    return {"seconds_of_leaf": np.array(time.thread_time() - begin)}
 
 
 def time_text(seconds: float) -> str:

@@ -50,12 +50,16 @@ class Generated:
     seconds: float
 
 
+def pieces_of(config: Config, output: Path, resume: bool = False) -> CheckpointStore:
+    """Open the finished pieces of a table, beside its file."""
+    return CheckpointStore(output, f"{software()}\n{config.text}", resume=resume)
+
+
 def generate(
     config: Config,
     output: str | Path,
     *,
     resume: bool = False,
-    discard: bool = False,
     executor: Executor | None = None,
     conditions: int = VALIDATE_CONDITIONS,
     samples: int | None = None,
@@ -74,9 +78,8 @@ def generate(
     output : str or Path
         The .h5 file to write. It appears when it is complete.
     resume : bool, optional
-        Whether to use the finished pieces of an interrupted run, if there are any.
-    discard : bool, optional
-        Whether to remove them. If neither is true and there are such pieces, the call is refused.
+        Whether to use the finished pieces of an interrupted run of the same configuration and
+        version. Pieces that are damaged are computed again.
     executor : concurrent.futures.Executor, optional
         Executor that runs the tasks. By default one thread for each processor.
     conditions : int, optional
@@ -98,8 +101,8 @@ def generate(
     Raises
     ------
     InputError
-        If the output cannot be written, if finished pieces cannot be used, or if a reader would
-        refuse the table (`tablegen.tables.rehearsal`).
+        If the output cannot be written, or if a reader would refuse the table
+        (`tablegen.tables.rehearsal`).
 
     Notes
     -----
@@ -123,31 +126,29 @@ def generate(
         contents = sphere_contents(config)
         write_table(path, contents)
         return Generated(Table(contents), None, [], 0.0)
-    fingerprint = f"{software()}\n{config.text}"
-    with CheckpointStore(path, fingerprint, resume=resume, discard=discard) as store:
-        runner = TaskRunner(store, executor, progress)
-        plan, cache = make_plan(config), NodeCache(config, runner)
-        if not store.resumed:
-            rehearse(plan)
-        if on_cost is not None:
-            on_cost(estimate(plan, cache, conditions, store.seconds()))
-        refined = refine_grid(plan, cache)
-        law = spin_law(config, runner, plan.spin) if config.spin else None
-        axes = make_axes(config, refined.placement.grid)
-        contents = with_rounded_quantiles(assemble(config, axes, refined.nodes, law))
-        begin, validation = time.process_time(), None
-        if conditions > 0:
-            validation = validate_contents(
-                contents,
-                config,
-                str(path),
-                conditions,
-                _MEASURE_SEED,
-                samples=samples,
-                progress=progress,
-            )
-            contents = with_accuracy(contents, validation)
-        write_table(path, contents)
-        store.remove()
+    store = pieces_of(config, path, resume)
+    runner = TaskRunner(store, executor, progress)
+    plan, cache = make_plan(config), NodeCache(config, runner)
+    rehearse(plan)
+    if on_cost is not None:
+        on_cost(estimate(plan, cache, store.seconds()))
+    refined = refine_grid(plan, cache)
+    law = spin_law(config, runner, plan.spin) if config.spin else None
+    axes = make_axes(config, refined.placement.grid)
+    contents = with_rounded_quantiles(assemble(config, axes, refined.nodes, law))
+    begin, validation = time.process_time(), None
+    if conditions > 0:
+        validation = validate_contents(
+            contents,
+            config,
+            str(path),
+            conditions,
+            _MEASURE_SEED,
+            samples=samples,
+            progress=progress,
+        )
+        contents = with_accuracy(contents, validation)
+    write_table(path, contents)
+    store.remove()
     seconds = runner.seconds + time.process_time() - begin
     return Generated(Table(contents), validation, refined.missed, seconds)
