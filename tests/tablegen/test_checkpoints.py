@@ -36,16 +36,7 @@ def output(tmp_path):
 
 @pytest.fixture
 def store(output):
-    with CheckpointStore(output, "fingerprint") as store:
-        yield store
-
-
-@pytest.fixture
-def left(output):
-    """Folder with one checkpoint of an interrupted run."""
-    with CheckpointStore(output, "fingerprint") as store:
-        store.save(KEY, ARRAYS)
-    return store.folder
+    return CheckpointStore(output, "fingerprint", resume=True)
 
 
 class TestStore:
@@ -59,71 +50,42 @@ class TestStore:
         assert store.load("another key") is None
 
     def test_lies_next_to_the_output_until_it_is_removed(self, store, output):
+        assert list(output.parent.iterdir()) == []
         store.save(KEY, ARRAYS)
         assert store.folder == output.with_name("t.h5.parts")
         store.remove()
         assert list(output.parent.iterdir()) == []
 
-    @pytest.mark.parametrize("ways", [{}, {"resume": True}, {"discard": True}])
-    def test_a_second_run_is_refused_while_the_first_is_alive(self, store, output, ways):
-        pytest.importorskip("fcntl")
+    def test_every_damaged_byte_makes_a_piece_count_as_missing(self, store):
         store.save(KEY, ARRAYS)
-        with pytest.raises(InputError, match=r"another run is writing .*t\.h5"):
-            CheckpointStore(output, "fingerprint", **ways)
-        assert store.load(KEY) is not None
+        whole = store.path(KEY).read_bytes()
+        places = range(len(whole))
+        flipped = (whole[:k] + bytes([whole[k] ^ 0x55]) + whole[k + 1 :] for k in places)
+        for content in (whole[:-40], b"", b"no", whole[:32], whole + b"x", *flipped):
+            store.path(KEY).write_bytes(content)
+            assert store.load(KEY) is None
+            assert store.seconds() == 0.0
 
-    def test_leaves_nothing_without_checkpoints(self, output):
-        with CheckpointStore(output, "fingerprint", resume=True) as store:
-            assert not store.resumed
-        assert list(output.parent.iterdir()) == []
-
-    @pytest.mark.parametrize("damage", [lambda data: data[:-40], lambda data: b"", lambda _: b"no"])
-    def test_damaged_checkpoint_counts_as_missing(self, store, damage):
+    def test_pieces_of_another_configuration_or_version_are_not_used(self, store, output):
         store.save(KEY, ARRAYS)
-        store.path(KEY).write_bytes(damage(store.path(KEY).read_bytes()))
-        assert store.load(KEY) is None
+        other = CheckpointStore(output, "another", resume=True)
+        assert other.load(KEY) is None
+        assert other.pieces() == []
+        other.save(KEY, {"x": np.ones(1)})
+        assert store.load(KEY).keys() == ARRAYS.keys()
+        assert CheckpointStore(output, "fingerprint").load(KEY) is None  # not asked for
 
-    def test_files_of_the_user_are_refused_and_stay(self, output):
-        notes = output.with_name("t.h5.parts") / "my-notes.txt"
-        notes.parent.mkdir()
+    def test_files_of_the_user_stay(self, store):
+        store.save(KEY, ARRAYS)
+        notes = store.folder / "my-notes.txt"
         notes.write_text("precious")
-        with pytest.raises(InputError, match="exists, and is not the folder of an unfinished run"):
-            CheckpointStore(output, "fingerprint", discard=True)
-        assert notes.read_text() == "precious"
+        store.remove()
+        assert [path.name for path in store.folder.iterdir()] == ["my-notes.txt"]
 
-    def test_folder_that_cannot_be_made_is_one_line(self, output):
+    def test_folder_that_cannot_be_made_is_one_line(self, store, output):
         output.with_name("t.h5.parts").write_text("a file of the user's")
         with pytest.raises(InputError, match=r"^output: cannot make [^\n]*$"):
-            CheckpointStore(output, "fingerprint")
-
-
-class TestEarlierCheckpoints:
-    def test_are_used_to_resume(self, left, output):
-        with CheckpointStore(output, "fingerprint", resume=True) as store:
-            assert store.resumed
-            assert store.load(KEY) is not None
-        assert left.is_dir()
-
-    def test_are_removed_if_asked(self, left, output):
-        with CheckpointStore(output, "another", discard=True) as store:
-            assert store.load(KEY) is None
             store.save(KEY, ARRAYS)
-        with CheckpointStore(output, "another", resume=True) as store:
-            assert store.resumed
-
-    @pytest.mark.parametrize(
-        ("fingerprint", "flags", "way"),
-        [
-            ("fingerprint", {}, "--resume to use them"),
-            ("another", {}, "another output"),
-            ("another", {"resume": True}, "another output"),
-        ],
-    )
-    def test_are_refused_otherwise_and_stay(self, left, output, fingerprint, flags, way):
-        with pytest.raises(InputError, match=f"; give {way}, or --discard to remove them"):
-            CheckpointStore(output, fingerprint, **flags)
-        with CheckpointStore(output, "fingerprint", resume=True) as store:
-            assert store.load(KEY) is not None
 
 
 def square(number):

@@ -1,52 +1,71 @@
-"""Estimated cost: counts are exact, times are those of the first node."""
+"""Estimated cost: the time of one node and of one leaf, times their numbers."""
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from command_line import config_file
 from tiny_tables import GENERATE, ROUGH
 
-from tablegen.accuracy.measure import sample_size
+from tablegen.tables import cost as module
 from tablegen.tables.cost import cost_text, estimate, time_text
 from tablegen.tables.plan import make_plan
 
-NODE = 3.0
+NODE, LEAF = 3.0, 5.0
+
+
+class Runner:
+    """Tasks that take a known time."""
+
+    def __init__(self):
+        self.seconds = 0.0
+
+    def run(self, title, tasks, stored):
+        return {key: {"seconds_of_leaf": np.array(LEAF)} for key in tasks}
 
 
 class Cache:
     """Nodes that take a known time."""
 
     def __init__(self):
-        self.runner = SimpleNamespace(seconds=0.0)
+        self.runner = Runner()
 
     def fit(self, size, conditions):
         self.runner.seconds += NODE * len(conditions)
 
 
-def test_named_nodes_are_counted():
+def test_nodes_and_leaves_are_counted():
     plan = make_plan(ROUGH)
-    cost = estimate(plan, Cache(), 0, 0.0)
     assert plan.first == plan.most == (2, 2)
-    assert cost.seconds == pytest.approx(4 * NODE)
-    assert estimate(plan, Cache(), 5, 0.0).seconds > 5 * NODE
+    assert estimate(plan, Cache(), 0.0).seconds == 4 * NODE
+    spinning = make_plan(ROUGH.with_changes({"spin": True, "table": {"spin_leaves": 7}}))
+    assert estimate(spinning, Cache(), 0.0).seconds == 4 * NODE + spinning.leaves * LEAF
+    assert spinning.leaves >= 4 * 7
 
 
-def test_open_grid_costs_more_than_its_first_nodes_and_less_than_all_of_them():
+def test_an_open_grid_is_counted_with_all_nodes_that_it_may_get():
     plan = make_plan(ROUGH.with_changes({"table": {"speed_nodes": None}}))
     assert plan.most[1] == 3 * plan.first[1] - 2
-    cost = estimate(plan, Cache(), 0, 0.0)
+    cost = estimate(plan, Cache(), 0.0)
     assert "nodes at first, at most 2 x " in cost_text(cost, 2)
-    nodes, states = 2 * plan.most[1] * NODE, sample_size(ROUGH.accuracy, 25_000)
-    assert 2 * plan.first[1] * NODE < cost.seconds
-    trials = 3 * plan.most[1] * NODE * (2.0 * states / plan.sizes[0].samples)
-    classifiers = NODE * 1e6 / plan.sizes[0].samples
-    assert cost.seconds < nodes + trials + classifiers
+    assert cost.seconds == 2 * plan.most[1] * NODE
 
 
 def test_pieces_of_an_interrupted_run_do_not_cost_again():
-    cost = estimate(make_plan(ROUGH), Cache(), 0, 3 * NODE)
+    cost = estimate(make_plan(ROUGH), Cache(), 3 * NODE)
     assert cost.seconds == pytest.approx(NODE)
     assert "about 3 seconds of one processor after the 9 seconds" in cost_text(cost, 1)
+
+
+def test_a_leaf_is_timed_at_its_full_size(monkeypatch):
+    sizes = SimpleNamespace(rebounds=5, _replace=lambda **changes: SimpleNamespace(**changes))
+    fitted = []
+    shape = SimpleNamespace(leaf_conditions=lambda number: number)
+    monkeypatch.setattr(module, "conditions_task", lambda *_: {})
+    monkeypatch.setattr(module, "ShapeConditions", lambda: shape)
+    monkeypatch.setattr(module, "leaf_task", lambda *given: fitted.append(given[3].rebounds))
+    assert module._fit_one_leaf(ROUGH, 0, sizes)["seconds_of_leaf"] >= 0.0
+    assert fitted == [module._TO_COMPILE, 5]
 
 
 @pytest.mark.parametrize(
@@ -65,5 +84,5 @@ def test_is_printed_before_the_table_is_made(run, tmp_path, monkeypatch):
     words = ("--output", tmp_path / "t.h5", "--workers", 3)
     ended = run("generate", config_file(tmp_path), *words)
     assert "tablegen: note: 2 x 2 nodes; about " in ended.err
-    quiet = run("generate", config_file(tmp_path), *words, "--quiet", "--discard")
+    quiet = run("generate", config_file(tmp_path), *words, "--quiet")
     assert "note" not in quiet.err

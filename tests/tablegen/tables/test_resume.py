@@ -9,7 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from command_line import INTERRUPTED
 from processes import generating
-from refusals import refused
 from tiny_tables import MEASURED, REFINE, ROUGH
 
 from tablegen.fitting.node import fit_node
@@ -22,7 +21,7 @@ NODES = 12
 
 
 def checkpoints(folder):
-    return sorted(folder.glob("t.h5.parts/piece-*.npz"))
+    return sorted(folder.glob("t.h5.parts/piece-*"))
 
 
 def generate_table(folder, patch, config=CONFIG, **options):
@@ -97,15 +96,18 @@ def test_interrupted_run_is_resumed_without_any_work_done_twice(left, whole, tmp
     assert generate_the_rest(tmp_path, monkeypatch, whole) == NODES - len(left)
 
 
-def test_checkpoints_are_refused_without_a_flag_and_for_another_run(left, tmp_path, monkeypatch):
-    refused("output", generate_table, tmp_path, monkeypatch)
-    refused("output", generate_table, tmp_path, monkeypatch, config=ROUGH, resume=True)
-    monkeypatch.setattr("tablegen.tables.generate.software", lambda: "another version")
-    refused("output", generate_table, tmp_path, monkeypatch, resume=True)
-    assert checkpoints(tmp_path) == left
-    assert not (tmp_path / "t.h5").exists()
+def test_damaged_pieces_are_computed_again(left, whole, tmp_path, monkeypatch):
+    left[0].write_bytes(left[0].read_bytes()[:-1])
+    left[1].write_bytes(b"")
+    assert generate_the_rest(tmp_path, monkeypatch, whole) == NODES - len(left) + 2
 
 
-def test_discarded_checkpoints_are_made_again(left, whole, tmp_path, monkeypatch):
-    assert len(generate_table(tmp_path, monkeypatch, discard=True)) == NODES
+@pytest.mark.parametrize(("version", "resume"), [("another version", True), (None, False)])
+def test_pieces_are_not_used_by_another_version_nor_without_the_flag(
+    left, whole, tmp_path, monkeypatch, version, resume
+):
+    if version:
+        monkeypatch.setattr("tablegen.tables.generate.software", lambda: version)
+    assert len(generate_table(tmp_path, monkeypatch, resume=resume)) == NODES
     assert (tmp_path / "t.h5").read_bytes() == whole
+    assert not (tmp_path / "t.h5.parts").exists()
