@@ -1,4 +1,4 @@
-"""Command line of the runtime: ``sampler draw``, ``export`` and ``list``; ``--include-dir``.
+"""Command line of the runtime: ``draw``, ``export``, ``list``, ``vendor``; ``--include-dir``.
 
 Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted, 141 standard output has no
 reader. Bad input gives one line on standard error and leaves no output. A command imports in its
@@ -135,6 +135,30 @@ def export(table: str, output: Path) -> int:
 
 
 @click.command(
+    cls=options.Command,
+    short_help="Write all that C, C++ and Fortran need to build and run without Python.",
+    epilog=examples(
+        "sampler vendor third_party/rebound",
+        "sampler vendor rebound corundum-steel-compact my-table.h5",
+    ),
+)
+@click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
+@click.argument("tables", type=options.TABLE, nargs=-1, metavar="[T.h5|NAME]...")
+def vendor(folder: Path, tables: tuple[str, ...]) -> int:
+    """Write the new folder DIR, with which a program draws from tables without Python.
+
+    It has the header, the header for GPUs, the Fortran module, trackers in C, Fortran and CUDA, the
+    tables as binary tables (corundum-steel if you name none), files for CMake and pkg-config, the
+    licence, and a README that says how to build.
+    """
+    from sampler.vendor import table_files, write_folder
+
+    write_folder(folder, table_files(tables or ("corundum-steel",)))
+    click.echo(f"{folder}: see {folder / 'README.md'}")
+    return DONE
+
+
+@click.command(
     "list",
     cls=options.Command,
     short_help="List the tables, pairs, scenes and measurements that have a name.",
@@ -237,6 +261,7 @@ def _print_include_directory(ctx: click.Context, _: click.Parameter, given: bool
         "sampler list",
         "sampler draw corundum-steel --alpha 30 --speed 150 --count 100000 --seed 1 --output a.npz",
         "sampler export corundum-steel --output corundum-steel.rbt",
+        "sampler vendor third_party/rebound",
     ),
 )
 @click.version_option(__version__, message="%(version)s")
@@ -246,7 +271,8 @@ def _print_include_directory(ctx: click.Context, _: click.Parameter, given: bool
     is_eager=True,
     expose_value=False,
     callback=_print_include_directory,
-    help="Print the folder that has rebound_sampler.h and rebound_sampler.f90, and exit.",
+    help="Print the folder that has rebound_sampler.h, rebound_sampler.f90, and the files by which "
+    "CMake and pkg-config find them, and exit.",
 )
 def cli() -> None:
     """Draw rebound states of non-spherical particles from a table.
@@ -256,7 +282,7 @@ def cli() -> None:
     """
 
 
-for command in (draw, export, list_names):
+for command in (draw, export, list_names, vendor):
     cli.add_command(command)
 
 

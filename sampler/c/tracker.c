@@ -5,6 +5,7 @@
 #define REBOUND_SAMPLER_IMPLEMENTATION /* in one file of a program */
 #include "rebound_sampler.h"
 
+#include <math.h>
 #include <stdio.h>
 
 #define N_GRAINS 2000

@@ -7,6 +7,7 @@
 #include "rebound_sampler.h"
 #include "rebound_device.h"
 
+#include <cmath>
 #include <cstdio>
 
 #define N_GRAINS 2000

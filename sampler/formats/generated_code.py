@@ -337,7 +337,7 @@ PARTS = {
     "src/sphere.h": {"laws": law_codes},
     "src/layout.h": {"header": header_struct, "checks": checked_constants},
     "src/open.h": {"texts": code_texts},
-    "../fortran/rebound_sampler.f90": {
+    "rebound_sampler.f90": {
         "constants": fortran_constants,
         "records": fortran_records,
     },
