@@ -558,10 +558,7 @@ contains
     real(c_double), intent(inout), contiguous, target, optional :: works(:, :)
     integer(c_int), intent(inout), contiguous, target, optional :: codes(:)
     integer, intent(out), optional :: bad, first_bad  ! rows with an error; first of them, 0: none
-<<<<<<< sampler/c/rebound_sampler.f90
-=======
     integer, intent(out), optional :: flagged(8)  ! rows with the flag 2**(k - 1), in place k
->>>>>>> /tmp/h66/main.f90
     integer(c_int) :: code
     integer :: n
     logical :: agree
