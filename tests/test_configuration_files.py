@@ -70,8 +70,9 @@ def test_paths_in_pyproject_exist():
     paths += [*tools["mypy"]["exclude"], *tools["pytest"]["ini_options"]["testpaths"]]
     assert [path for path in paths if not (ROOT / path).exists()] == []
     for pattern in tools["ruff"]["lint"]["per-file-ignores"]:
-        for part in re.sub(r"\{(.*?),(.*?)\}(.*)", r"\1\3 \2\3", pattern).split():
-            assert any(ROOT.glob(part)), pattern
+        folders, end = re.fullmatch(r"(?:\{(.*)\})?(.*)", pattern).groups("")
+        for folder in folders.split(","):
+            assert any(ROOT.glob(folder + end)), pattern
 
 
 SUFFIXES = (".md", ".py", ".pyi", ".toml", ".h", ".c", ".cu", ".f90", ".C", ".H", ".sh")
