@@ -1,9 +1,8 @@
 ! Rebounds of non-spherical particles, drawn from a table, in Fortran 2008.
 !
 ! A module over rebound_sampler.h. Compile rebound_sampler.c as well, and link both with the C mathematics
-! library (-lm). The header describes what the functions do and
-! return; names, their order and codes are the same here. Fields of C's records are arguments here. Leave
-! out an argument that is NULL or 0 in C:
+! library (-lm). The header describes what the functions do and return; names, their order and codes are the
+! same here. Fields of C's records are arguments here. Leave out an argument that is NULL or 0 in C:
 !
 !     code = rbt_rebound(table, v, normal, a, omega=spin, inertia=k, index=particle, hit=hit, &
 !         seed=seed, new_velocity=new_v, new_omega=new_spin, new_inertia=new_k)
