@@ -1,5 +1,6 @@
 """The C header as programs use it: several files, codes and their texts, memory, older tables."""
 
+import ctypes
 import subprocess
 import sys
 
@@ -80,6 +81,21 @@ print(sampler.wall_tilt(2.0, 2.5, 50.0, 60.0).round(3))
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
     assert done.stdout == "0.08\n"
+
+
+def test_a_plugin_of_several_files_keeps_its_functions(tmp_path):
+    (tmp_path / "library.c").write_text(IMPLEMENTATION)
+    (tmp_path / "user.c").write_text(
+        '#include "rebound_sampler.h"\nconst char *text(void);\n'
+        "const char *text(void) { return rbt_strerror(RBT_OK); }\n"
+    )
+    sources = [tmp_path / "library.c", tmp_path / "user.c"]
+    hidden = '-DRBT_API=extern __attribute__((visibility("hidden")))'
+    flags = ["-shared", "-fPIC", hidden, *toolchain.QUICK]
+    plugin = ctypes.CDLL(toolchain.build("gcc", sources, tmp_path / "plugin.so", flags))
+    plugin.text.restype = ctypes.c_char_p
+    assert plugin.text() == b"no error"
+    assert not hasattr(plugin, "rbt_strerror")
 
 
 def test_texts_of_all_codes(library):

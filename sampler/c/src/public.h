@@ -103,8 +103,9 @@ extern "C" {
 #define RBT_FREE(memory) free(memory)
 #endif
 
-/* How functions are declared. Define it as `static` to keep them within one file. Do so in a plugin: on
-   Linux a library calls the first function of a name in the process, which may be of another plugin. */
+/* How functions are declared. Define it as `static` to keep them within one file, or as
+   `extern __attribute__((visibility("hidden")))` to keep them within one shared library. Do so in a plugin:
+   on Linux a library calls the first function of a name in the process, which may be of another plugin. */
 #ifndef RBT_API
 #define RBT_API extern
 #endif
@@ -396,7 +397,7 @@ RBT_API RBT_DEVICE double rbt_sphericity(const rbt_table *table, const double gr
        C = 12.9 / sqrt(Re) + 128.4 / Re      from there on.
 
    Source: Dennis, Singh & Ingham, J. Fluid Mech. 101 (1980) 257-279, for spheres up to Re = 1000; beyond,
-   the formula extrapolates. */
+   the formula extrapolates. If an argument is so large that a product overflows, results are not finite. */
 
 /* Torque of the gas on a spinning particle, N m. */
 RBT_API RBT_DEVICE void rbt_gas_torque(const double omega[3], double diameter, double density,
