@@ -161,15 +161,20 @@ RBT_API RBT_DEVICE int rbt_grains(const rbt_table *table, size_t n, uint64_t see
         return RBT_ERR_MISSING;
     if (table->population.n_shapes == 0)
         return RBT_ERR_NO_SPIN_LAW;
-    for (size_t k = 0; k < n; k++) {
-        const uint32_t zero = 0;
-        int32_t shape[RBTI_BLOCK];
-        double ratios[2 * RBTI_BLOCK];
-        rbti_fill_grains(1, &table->population, seed, hit != NULL, index + k, hit ? hit + k : &zero, 1,
-                         shape, ratios);
-        grains[3 * k] = (double)table->population.shape_codes[shape[0]];
-        grains[3 * k + 1] = ratios[0];
-        grains[3 * k + 2] = ratios[1];
+    const rbt_population *population = &table->population;
+    for (size_t first = 0, count = 0; first < n; first += count) {
+        const uint32_t zeros[RBTI_BLOCK] = {0};
+        int32_t shapes[RBTI_BLOCK] RBTI_ALIGNED;
+        double ratios[2 * RBTI_BLOCK] RBTI_ALIGNED;
+        count = n - first < RBTI_BLOCK ? n - first : RBTI_BLOCK;
+        rbti_fill_grains(RBTI_BLOCK, population, seed, hit != NULL, index + first,
+                         hit ? hit + first : zeros, count, shapes, ratios);
+        for (size_t r = 0; r < count; r++) {
+            double *grain = grains + 3 * (first + r);
+            grain[0] = (double)population->shape_codes[shapes[r]];
+            grain[1] = ratios[r];
+            grain[2] = ratios[RBTI_BLOCK + r];
+        }
     }
     return RBT_OK;
 }
