@@ -15,6 +15,7 @@ from sampler.formats.bounds import (
     N_OUTCOMES_WITH_WORKS,
 )
 from sampler.formats.channels import has_works
+from sampler.formats.layout import ACCURACY, SPIN_DATASETS
 from sampler.formats.shape_codes import FIRST_MESH
 from sampler.formats.shape_geometry import geometry_of_shape
 
@@ -22,7 +23,7 @@ from sampler.formats.shape_geometry import geometry_of_shape
 _NOT_MEASURED = {"ks": (0, 6), "spin": (0, 3)}
 _NOT_MEASURED |= dict.fromkeys(("alpha_deg", "speed", "sliced_wasserstein"), 0)
 _NOT_MEASURED |= dict.fromkeys(("correlation_error", "auc"), 0)
-_NOT_MEASURED |= dict.fromkeys(("chain_ks", "chain_energy", "chain_spin", "chain_angle"), 0)
+_NOT_MEASURED |= {d.path.removeprefix(ACCURACY): 0 for d in SPIN_DATASETS if "n_chained" in d.dims}
 
 #: Coefficients of the moments of inertia of ellipsoids, prisms and spheres; others are made up.
 MOMENTS = {0: (0.2, 0.2), 1: (1 / 3, 1 / 3), 4: (0.2, 0.2)}

@@ -15,7 +15,7 @@ spin law, no spin     other conditions, two nearly normal    `conditions`       
                                                                                 ``spin_auc``
 spin law, with spin   hits 2 to 60 of grains between walls   `chains`           ``spin_chain_ks``
                                                                                 to
-                                                                                ``spin_chain_angle``
+                                                                                ``spin_chain_flat``
 ====================  =====================================  =================  ==================
 
 The steps of `validate`, and the file of each:

@@ -25,7 +25,13 @@ limit             number                                   averaged over the hit
 ``chain_energy``  |mean q_t^2 - mean q_d^2|                q_t^2 - q_d^2
 ``chain_spin``    |R - 1|, R = mean w_t^2 / mean w_d^2     (w_t^2 - R w_d^2) / mean w_d^2
 ``chain_angle``   |R - 1|, R = median s_t / median s_d     ([s_t > R m] - [s_d > m]) / (f m)
+``chain_slow``    |P_t - P_d| / max(P_d, .001) of qs < .03 ([q_t s_t < .03] - [...]) / max(...)
+``chain_flat``    |P_t - P_d| / max(P_d, .01), s < sin 10  ([s_t < sin 10] - [...]) / max(...)
 ================  =======================================  ======================================
+
+The gap of distribution functions is that of Kolmogorov and Smirnov, but differences of
+`tablegen.accuracy.metrics.TOLERANCE` in a variable do not count. Slow departures decide where
+grains come to rest, and flat ones how often they meet the next wall; medians and means see neither.
 
 Here m is the median of s_d, f the density of s_d there, and [...] is 1 if the condition is true,
 else 0. The hits of a grain depend on each other, and the two sides depend on each other because
@@ -36,6 +42,7 @@ their number.
 Units are SI, and vectors are in the lab frame.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -46,7 +53,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sampler.formats.shape_codes import SHAPE_CODES
-from tablegen.accuracy.metrics import Estimate
+from tablegen.accuracy.metrics import TOLERANCE, Estimate
 from tablegen.config.config import Config
 from tablegen.model.float_array import FloatArray
 from tablegen.model.shapes import FIRST_MESH
@@ -71,10 +78,16 @@ _LAST_HIT_OF_ALL, _SHARE_AFTER = 10, 0.4
 #: Grains of each kind are chosen from this many particles.
 _SEARCHED_PARTICLES = 500_000
 
-#: Range of the speeds V [m/s], cut to the range of the table. V is also at most this share of the
-#: table's highest speed: a spin adds to the energy of a grain, and so to the effective speed at
-#: which the spin law is read.
-_SPEEDS, _LARGEST_SPEED_SHARE = (20.0, 150.0), 0.8
+#: Range of the speeds V [m/s], cut to the range of the table, and uniform in the logarithm. V is
+#: also at most this share of the table's highest speed: a spin adds to the energy of a grain, and
+#: so to the effective speed at which the spin law is read.
+_SPEEDS, _LARGEST_SPEED_SHARE = (15.0, 150.0), 0.8
+
+#: A departure is slow if its normal velocity is below this share of V, and flat if its angle from
+#: the wall has a smaller sine than this one, of 10 degrees. Shares of rebounds that are smaller
+#: than these two count as these.
+_SLOW, _FLAT = 0.03, math.sin(math.radians(10.0))
+_LEAST_SLOW, _LEAST_FLAT = 1e-3, 1e-2
 
 #: Smallest sine of an impact angle, and largest spin times a/V. A flatter or faster spinning grain
 #: is set to this limit on both sides. Direct simulation needs the limits: beyond them a grain turns
@@ -166,7 +179,7 @@ class LaterHit:
 
     #: Hits, kind of grains and geometry in words.
     place: str
-    #: Estimates of ``chain_ks``, ``chain_energy``, ``chain_spin`` and ``chain_angle``.
+    #: Estimates by the names of the limits.
     estimates: dict[str, Estimate]
     #: Mean share of its translational energy that a grain keeps at a hit; mean squared spin after a
     #: hit, times (a/V)^2; median angle between the wall and the velocity after a hit.
@@ -278,8 +291,8 @@ def compare_chain(
 ) -> list[LaterHit]:
     """Follow the grains of one kind on both sides, and compare each of the `GROUPS` of hits.
 
-    ``kind`` is its name and the indices of the grains (`kinds_of_grains`). Speeds V and first
-    angles are uniform over their ranges.
+    ``kind`` is its name and the indices of the grains (`kinds_of_grains`). First angles
+    are uniform over their range, and speeds V in the logarithm.
     """
     name, index = kind
     low, high = config.domain.speed
@@ -288,7 +301,7 @@ def compare_chain(
     # Only the first angle is kept inside the domain. Later angles follow from the geometry.
     flat, steep = np.clip(ANY_ANGLES, *np.radians(config.domain.alpha_deg))
     alpha1 = flat + (steep - flat) * spread[0]
-    arrivals = first_arrivals(index, alpha1, slow + (fast - slow) * spread[1])
+    arrivals = first_arrivals(index, alpha1, slow * (fast / slow) ** spread[1])
     sides = []
     for law in (wall, silent_model(config)):
         early, on = follow_grains(law, arrivals, geometry, seed, _LAST_HIT_OF_ALL)
@@ -312,11 +325,14 @@ def later_hit(place: str, table: FloatArray, direct: FloatArray) -> LaterHit:
     """
     energies, spins = ([side[k] ** 2 for side in (table, direct)] for k in (_SPEED, _SPIN))
     medians = [float(np.median(side[_SINE])) for side in (table, direct)]
+    slow_table, slow_direct = (side[_SPEED] * side[_SINE] < _SLOW for side in (table, direct))
     estimates = {
         "chain_ks": _ks(table, direct),
         "chain_energy": _mean_difference(*energies),
         "chain_spin": _mean_ratio(*spins),
         "chain_angle": _median_ratio(table[_SINE], direct[_SINE]),
+        "chain_slow": _share_ratio(slow_table, slow_direct, _LEAST_SLOW),
+        "chain_flat": _share_ratio(table[_SINE] < _FLAT, direct[_SINE] < _FLAT, _LEAST_FLAT),
     }
     angles = np.degrees(np.arcsin(medians))
     return LaterHit(
@@ -356,8 +372,15 @@ def _median_ratio(table: FloatArray, direct: FloatArray) -> Estimate:
     return Estimate(abs(ratio - 1.0), float(_standard_error(above) * inverse_density / median))
 
 
+def _share_ratio(table: NDArray[np.bool_], direct: NDArray[np.bool_], least: float) -> Estimate:
+    """Estimate the error of a share of rebounds over the share, or over ``least`` if it is less."""
+    over = max(float(direct.mean()), least)
+    estimate = _mean_difference(table.astype(float), direct.astype(float))
+    return Estimate(estimate.value / over, estimate.error / over)
+
+
 def _ks(table: FloatArray, direct: FloatArray) -> Estimate:
-    """Estimate the largest Kolmogorov-Smirnov distance of any of the three variables.
+    """Estimate the largest gap of distribution functions of any of the three variables.
 
     The standard error is the largest at the three quartiles, of all variables. As in
     `tablegen.accuracy.metrics`, the error is this plus a third of the noise.
@@ -365,8 +388,11 @@ def _ks(table: FloatArray, direct: FloatArray) -> Estimate:
     values, errors = [], []
     for a, b in zip(table, direct, strict=True):
         points = np.quantile(b, _QUANTILES)
-        below = [np.searchsorted(np.sort(x, axis=None), points) / x.size for x in (a, b)]
-        values.append(float(np.abs(below[0] - below[1]).max()))
+        low, high, below = (
+            np.searchsorted(np.sort(x, axis=None), points + shift) / x.size
+            for x, shift in ((a, -TOLERANCE), (a, TOLERANCE), (b, 0.0))
+        )
+        values.append(max(float((low - below).max()), float((below - high).max()), 0.0))
         quartiles = np.quantile(b, (0.25, 0.5, 0.75))
         errors.append(max(_standard_error((a < x).astype(float) - (b < x)) for x in quartiles))
     return Estimate(max(values), (1.0 + _KS_NOISE / 3.0) * max(errors), tuple(values))

@@ -9,7 +9,7 @@ from typing import Any
 
 from sampler.formats.channels import STATE
 from tablegen.accuracy.descriptive import Profile, profile
-from tablegen.accuracy.metrics import Estimate, Settings, at_resolution, estimate_metrics
+from tablegen.accuracy.metrics import TOLERANCE, Estimate, Settings, at_resolution, estimate_metrics
 from tablegen.model.float_array import FloatArray
 
 
@@ -92,10 +92,11 @@ def compare(
     # The states are freed here if the caller does not hold them.
     table = at_resolution(table, 0)
     direct = at_resolution(direct, 1)
+    settings = Settings(seed, tolerance=TOLERANCE if own else 0.0)
     return Comparison(
         alpha_deg=float(alpha_deg),
         speed=float(speed),
-        estimates=estimate_metrics(table, direct, Settings(seed)),
+        estimates=estimate_metrics(table, direct, settings),
         table=profiles[0],
         direct=profiles[1],
         variables=variables,

@@ -145,7 +145,11 @@ def spin_accuracy_datasets(
         "speed": [c.speed for c in own],
         "spin": [(0.0, 0.0, 0.0)] * len(own),
         **{name: [c.distances()[name] for c in own] for name in METRICS},
-        **{name: [hit.estimates[name].value for hit in hits] for name in CHAINS},
+        **{
+            name: [hit.estimates[name].value for hit in hits]
+            for name, metric in CHAINS.items()
+            if metric.stored
+        },
     }
     wide = {"spin": 3, "ks": len(own[0].variables if own else STATE)}
     arrays = {name: np.array(values, dtype=np.float64) for name, values in columns.items()}

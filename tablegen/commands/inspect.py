@@ -12,6 +12,7 @@ from sampler.errors import InputError
 from sampler.files import json_text
 from sampler.options import DONE
 from tablegen.config.metric_table import (
+    CHAINS,
     METRICS,
     declared_accuracy,
     errors_text,
@@ -89,7 +90,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
 
     Angles are in degrees, speeds in m/s, sizes in bytes. ``declared`` has the largest distances
     that the configuration allows, or None if it cannot be read. ``worst`` has the largest distances
-    in ``accuracy``, or None if nothing was measured.
+    in ``accuracy``, and ``spin_worst`` those of the spin law, or None if nothing was measured.
     """
     from sampler.table import Table
 
@@ -119,6 +120,7 @@ def identity(contents: "TableContents") -> dict[str, Any]:
         "bytes_in_memory": table.nbytes,
         "declared": _declared(contents.config),
         "worst": worst_stored(contents.datasets) or None,
+        "spin_worst": worst_stored(contents.datasets, "spin_accuracy") or None,
         "accuracy": {name: values.tolist() for name, values in accuracy.items()},
     }
 
@@ -141,6 +143,12 @@ def identity_text(contents: "TableContents") -> str:
         count = len(facts["accuracy"]["alpha_deg"])
         measured = f"at most {errors_text(worst)} at {count} condition{'s' * (count != 1)} between "
         measured += "nodes, including sampling noise"
+    spin_measured = "nothing"
+    if (spin_worst := facts["spin_worst"]) is not None:
+        own = {name: value for name, value in spin_worst.items() if name in METRICS}
+        chains = {name: value for name, value in spin_worst.items() if name in CHAINS}
+        spin_measured = f"at most {errors_text(own)} without spin"
+        spin_measured += f"; along chains of hits {errors_text(chains)}" * bool(chains)
     lines = [
         ("pair", facts["pair"]),
         ("covers", covers),
@@ -156,6 +164,7 @@ def identity_text(contents: "TableContents") -> str:
         ("in memory", f"{facts['bytes_in_memory'] / 1e6:.2f} MB"),
         ("declared", f"at most {errors_text(declared)}" if declared else "cannot be read"),
         ("measured", measured),
+        *[("of the spin law", spin_measured)] * (law is not None),
         *(("note", note) for note in _notes(declared, worst)),
     ]
     if facts["spheres"]:

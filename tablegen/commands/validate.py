@@ -86,8 +86,8 @@ def validate(
     the table from direct simulation (0.5: it cannot).
 
     A spin law is compared at impacts without spin, and along chains of sixty hits, in a cylinder
-    and between walls of any direction. Chains are compared by ks, the kept energy, the squared spin
-    and the median angle.
+    and between walls of any direction. Chains are compared by ks, the kept energy, the squared
+    spin, the median angle, and the shares of slow and of flat departures.
 
     A number holds if number - 3 error is within its limit. If the accuracy is missed, the exit
     status is 1, and a line says what to change. A table of spheres must agree with direct

@@ -51,7 +51,8 @@ _TIME = "time of a draw [ns, one thread]"
 
 _HEADS = [metric.head for metric in METRICS.values()]
 METHOD_HEAD = ("method", "ns/draw", "bytes", "set-up s", *_HEADS)
-SPINNING_HEAD = ("law of the wall", "ns/rebound", "KS", "energy", "squared spin", "angle")
+_CHAIN_HEADS = ("KS", "energy", "squared spin", "angle", "slow", "flat")
+SPINNING_HEAD = ("law of the wall", "ns/rebound", *_CHAIN_HEADS)
 
 
 @dataclass(frozen=True)

@@ -116,6 +116,32 @@ def test_errors_are_those_of_repetitions():
     np.testing.assert_allclose(np.std(signed, axis=0), 1.0, atol=0.3)
 
 
+def test_slow_and_flat_departures_are_counted():
+    """Half as many as in direct simulation; shares below a thousandth count as a thousandth."""
+    n = 8000
+    speed, sine = np.full((2, 4, n), 0.5), np.full((2, 4, n), 0.5)
+    sine[0, :, : n // 20] = sine[1, :, : n // 10] = 0.05  # v/V is .025
+    slow_and_flat = later_hit("", *(np.stack([q, s, q]) for q, s in zip(speed, sine, strict=True)))
+    for name in ("chain_slow", "chain_flat"):
+        estimate = slow_and_flat.estimates[name]
+        assert estimate.value == pytest.approx(0.5)
+        # of 800 and 400 grains, which are the same on both sides
+        assert estimate.error == pytest.approx(np.sqrt(0.05 * 0.95 / n) / 0.1)
+    sine[0], sine[1] = 0.5, 0.5
+    sine[0, :, 0] = 0.05
+    rare = later_hit("", *(np.stack([q, s, q]) for q, s in zip(speed, sine, strict=True)))
+    assert rare.estimates["chain_slow"].value == pytest.approx(1 / n / 0.001)
+    assert rare.estimates["chain_flat"].value == pytest.approx(1 / n / 0.01)
+
+
+def test_differences_that_no_flow_notices_do_not_count():
+    rng = np.random.default_rng(2)
+    direct = 0.5 + 1e-4 * rng.normal(size=(3, 4, 500))
+    near, far = (later_hit("", direct + shift, direct) for shift in (0.002, 0.02))
+    assert near.estimates["chain_ks"].value < 0.05
+    assert far.estimates["chain_ks"].value > 0.95
+
+
 def test_a_narrow_scene_has_chains_that_begin_at_its_angles():
     assert len(chain_comparisons(DirectTable(CONFIG), CONFIG, 1, 10)) == 2 * len(KINDS)
     few = CONFIG.with_changes({"domain": {"alpha_deg": [29.0, 31.0]}})

@@ -153,6 +153,8 @@ def test_kolmogorov_smirnov_of_shifted_uniforms():
     # F_a jumps by 1/2 at 0 and 1; F_b by 1/4, 1/4, 1/2 at 0, 1, 2: largest gap 1/2 at 1
     two, four = np.array([[0.0, 1.0]]).T, np.array([[0.0, 1.0, 2.0, 2.0]]).T
     assert ks_distances(two, four)[0] == 0.5
+    # shifts that do not count
+    assert (ks_distances(reference + shifts, reference, np.abs(shifts).max() + 1e-9) < 0.02).all()
 
 
 class TestSlicedWasserstein:

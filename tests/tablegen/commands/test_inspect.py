@@ -14,7 +14,7 @@ from corrupt_tables import declaring, forged
 from tiny_tables import TINY
 
 import sampler
-from sampler.files import find_config
+from sampler.files import find_config, find_table
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.commands.inspect import identity, identity_text
 from tablegen.config.config import load_config
@@ -63,6 +63,15 @@ def test_loose_and_missed_declarations_are_noted(run, tiny, tmp_path):
     write_table(path, declaring(contents, ks=0.001))
     assert "the stored accuracy is worse than the declared one: KS 0." in run("inspect", path).out
     assert "note  " not in run("inspect", "corundum-steel").out
+
+
+def test_accuracy_of_the_spin_law_stands_beside_that_of_first_impacts(run):
+    table = read_table(find_table("corundum-steel-compact"))
+    line = next(
+        x for x in run("inspect", "corundum-steel-compact").out.splitlines() if "of the spi" in x
+    )
+    for name, words in (("ks", "KS {:.4f}"), ("chain_angle", "angle of chains {:.4f}")):
+        assert words.format(table[f"spin_accuracy/{name}"].max()) in line
 
 
 def test_declared_accuracy_of_a_preset_and_of_nonsense(tiny):
