@@ -18,21 +18,23 @@ shapes                vertices and moments of inertia of the shapes; the lowest 
 rebound               the sequence: collision, flight, collision, ... until the particle has left
 reach                 how far a tumbling body reaches: where its fall begins, when it has left
 tumbling              orientations of a grain that arrives with a given spin and inertia
-random_particles      shape, aspect ratios and orientation of a random particle
-roughness             the tilted facets of a rough wall that a particle meets
-impacts, frames       angle, speed and spin of an impact, from the frame of the wall or of the lab
+random_particles      the orientation in which a particle meets the wall
+impacts, vectors      the condition of an impact, and vectors of three numbers
 model_bounds          the arguments that the model accepts
-audit                 every collision and flight checked against the laws in their defining form
 ====================  ==============================================================================
 
-`tests/reference/reference_model.py` has the same model once more, written to be read and not to be
-fast.
+Grains, facets of rough walls and the lab frame are not here: the C engine of `sampler` has them for
+every law of a wall, and calls `particle_run` for the states in wall axes.
 
-The other files make the kernels fast and repeatable, and know nothing of the physics: jit and parts
-compile them, simd gives them vector registers, lockstep and particle_run call them for many
-particles, elementary and random_numbers give functions and random numbers with the same bits
-everywhere, float_array names a type. tile_products is for the fit in `tablegen.fitting`: it is here
-because all code in LLVM is.
+`tests/reference/reference_model.py` has the same model once more, written to be read and not to be
+fast. `tests/reference/audit.py` checks every collision and flight against the laws in their
+defining form.
+
+The other files make the kernels fast and repeatable, and know nothing of the physics: jit compiles
+them, simd gives them vector registers, memory gives them arrays, lockstep and particle_run call
+them for many particles, elementary and random_numbers give functions and random numbers with the
+same bits everywhere, float_array names a type. tile_products is for the fit in `tablegen.fitting`:
+it is here because all code in LLVM is.
 
 How a kernel is written
 -----------------------
