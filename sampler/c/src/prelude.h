@@ -103,8 +103,8 @@ extern "C" {
 #endif
 
 /* Compile versions of a function for processors with wide vectors. The loader takes the version for the
-   processor at hand, whatever flags the program is compiled with; batches then take half the time. A
-   single draw gains nothing from AVX-512. */
+   processor at hand, whatever flags the program is compiled with; batches then take half the time. Only
+   batches of first impacts gain from AVX-512. */
 #if !defined(RBT_NO_CLONES) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) &&  \
     !defined(RBTI_GPU) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #if defined(__clang__) ? __clang_major__ >= 18 : defined(__GNUC__) && __GNUC__ >= 12

@@ -28,10 +28,7 @@ RBTI_INLINE RBT_DEVICE void rbti_spin_steps(size_t m, size_t outcomes, const rbt
     for (size_t row = 0; row < outcomes; row++)
         rbti_fill_normals(m, table->normals, d->words + rbti_word_of_normal(row) * m,
                           d->scores + row * m);
-    if (outcomes == RBTI_OUTCOMES) /* as most laws have */
-        rbti_fill_scores(m, RBTI_OUTCOMES, law, d);
-    else
-        rbti_fill_scores(m, RBTI_MOST_OUTCOMES, law, d);
+    rbti_fill_scores(m, outcomes, law, d);
     rbti_find_knots(m, (int32_t)outcomes, law, d);
     rbti_fill_outcomes(m, (int32_t)outcomes, law, d);
     rbti_to_spin_states(m, count, outcomes, variables, table, d, states, after);
@@ -50,12 +47,8 @@ RBTI_CLONES RBT_DEVICE int rbti_draw_spin(const rbt_table *table, double alpha1,
     draws.speed[0] = speed;
     draws.inertia[0] = inertia;
     memcpy(draws.spin, spin, 3 * sizeof *spin);
-    if (table->spin.n_outcomes == RBTI_OUTCOMES) /* a number that the compiler knows */
-        rbti_spin_steps(1, RBTI_OUTCOMES, table, seed, grains, &index, &hit, 1, variables, &draws,
-                        &flags, state, after);
-    else
-        rbti_spin_steps(1, RBTI_MOST_OUTCOMES, table, seed, grains, &index, &hit, 1, variables,
-                        &draws, &flags, state, after);
+    rbti_spin_steps(1, (size_t)table->spin.n_outcomes, table, seed, grains, &index, &hit, 1, variables,
+                    &draws, &flags, state, after);
     return flags;
 }
 
@@ -100,10 +93,9 @@ RBTI_INLINE int rbti_take_spin_conditions(const rbt_table *table, const rbt_cond
 }
 
 /* Draw a block of rows and fill their codes. If `states` is NULL only the codes are written. */
-RBTI_BATCH_CLONES
-static void rbti_draw_spins(const rbt_table *table, const rbt_conditions *conditions, size_t first,
-                            size_t count, uint64_t seed, uint64_t grain_seed, int variables,
-                            double *states, int *codes)
+RBTI_CLONES void rbti_draw_spins(const rbt_table *table, const rbt_conditions *conditions,
+                                 size_t first, size_t count, uint64_t seed, uint64_t grain_seed,
+                                 int variables, double *states, int *codes)
 {
     const rbti_grains grains = {rbti_vector_of(conditions->grain, first), grain_seed,
                                 conditions->fresh};
