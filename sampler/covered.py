@@ -20,7 +20,7 @@ class Covered(NamedTuple):
     speed: Ends | None
     #: Size of the spin before the impact times a/V; None: the table has no spin law.
     spin: Ends | None
-    #: Speeds between which the laws of the pair were measured [m/s]; None: they hold at any speed.
+    #: Speeds between which the laws of the pair were measured [m/s]; None: the pair states none.
     measured: Ends | None
     #: Impact angles of the spin law [degrees]; None: those of `alpha_deg`.
     spin_alpha_deg: Ends | None = None
@@ -31,7 +31,12 @@ class Covered(NamedTuple):
         if self.spin_alpha_deg is not None:
             others = f"{ends_text(self.spin_alpha_deg)} deg"
             parts = [f"{others} (fresh grains without spin: {parts[0]})"]
-        parts += ["any speed" if self.speed is None else f"{ends_text(self.speed)} m/s"]
+        if self.speed is not None:
+            parts += [f"{ends_text(self.speed)} m/s"]
+        elif self.measured is not None:
+            parts += [f"any speed (measured at {ends_text(self.measured)} m/s)"]
+        else:
+            parts += ["any speed (the speed of the measurements is not known)"]
         if self.spin is not None:
             least, most = self.spin
             sizes = f"spin to {most:g}" if least == 0.0 else f"spin {ends_text(self.spin)}"

@@ -15,6 +15,7 @@ from click.shell_completion import CompletionItem
 
 from sampler.errors import InputError, OutputError, printable
 from sampler.files import available, check_output, is_stream, parse_number
+from sampler.version import __version__
 
 #: Exit statuses: all is well, an accuracy was missed, bad input, any other failure, Ctrl-C, and no
 #: reader of standard output, for which shells show the same number. The 1 of Python itself, for an
@@ -160,7 +161,8 @@ def run_program(program: Program, argv: Sequence[str] | None, context: Any = Non
     except Exception as error:
         with suppress(OSError):
             traceback.print_exception(error)
-        line = f"error: a defect of the program, please report it; {type(error).__name__}: {error}"
+        what = f"{type(error).__name__}: {error}"
+        line = f"error: a defect of rebound-tables {__version__}, not of your input; {what}"
         return ended(program, FAILED, line)
     finally:
         _drop_unwritten()

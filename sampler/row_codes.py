@@ -145,7 +145,7 @@ class RowCodes:
         turning = f" and spin {spin:.6g}" if spin > 0.0 else ""
         problem = (
             f"where the law of {self.pair} is extrapolated: it was measured at "
-            f"{ends_text(measured)} m/s (docs/does-it-matter.md says how far to trust it)"
+            f"{ends_text(measured)} m/s"
         )
         return call.refusal(row, name, f"{speed:.6g} m/s{turning}", problem=problem)
 

@@ -167,22 +167,6 @@ class Table:
         """Numbers of draws so far, with an angle, a speed or a spin outside, and extrapolated."""
         return dict(self._codes.counts)
 
-    @property
-    def extrapolated(self) -> int:
-        """Number of draws so far at speeds at which the pair was not measured."""
-        return self._codes.counts["extrapolated"]
-
-    @property
-    def alpha_range(self) -> tuple[float, float]:
-        """Smallest and largest impact angle of the nodes [rad]."""
-        first, last = np.deg2rad(self.alpha_nodes_deg[[0, -1]])
-        return float(first), float(last)
-
-    @property
-    def speed_range(self) -> tuple[float, float]:
-        """Smallest and largest impact speed of the nodes [m/s]."""
-        return float(self.speed_nodes[0]), float(self.speed_nodes[-1])
-
     def sample(
         self,
         alpha1: ArrayLike,

@@ -125,7 +125,7 @@ class FigureStatistics:
 
 def speed_of_figures(table: Table, config: Config) -> float:
     """Choose the impact speed: the paper's, or the nearest that was measured and tabulated."""
-    low, high = table.speed_range
+    low, high = table.speed_nodes[[0, -1]]
     first, last = config.pair.restitution.valid_speed or (low, high)
     return min(max(min(max(SPEED, first), last), low), high)
 
@@ -156,7 +156,7 @@ def make_statistics(
     speed, shapes = speed_of_figures(table, config), shapes_of(config)
     curves = _simulated(config, shapes, speed, count, seed, tick)
     curves[TABLE] = {}
-    first, last = np.degrees(table.alpha_range)
+    first, last = table.alpha_nodes_deg[[0, -1]]
     for i, alpha_deg in enumerate(ANGLES):
         if first - 1e-9 <= alpha_deg <= last + 1e-9:
             index = np.arange(_size(alpha_deg, count))

@@ -32,7 +32,8 @@ from tablegen.config.defaults import COMPARE_COUNT, MIXTURE
     required=True,
     type=shared.MEASURED,
     metavar="F.csv|NAME",
-    help="Measured rebounds: a name, or a file as tables/MEASUREMENTS.md describes it.",
+    help="Measured rebounds: a name, or a file of comma-separated values. MEASUREMENTS.md, in the "
+    "folder that sampler.data_directory() gives, describes its columns.",
 )
 @shared.count(
     COMPARE_COUNT, "Particles of each shape at each condition.", options.Integer(2, 2**32 - 1)

@@ -131,7 +131,7 @@ def identity_text(contents: "TableContents") -> str:
     alpha, speed, worst = facts["alpha_deg"], facts["speed"], facts["worst"]
     declared, law = facts["declared"], facts["spin"]
     covers = facts["covers"]
-    if facts["valid_speed"] is not None:
+    if facts["valid_speed"] is not None and not facts["speed_independent"]:
         covers += f"; laws measured at {ends_text(facts['valid_speed'])} m/s"
     spin, measured = "none; particles must arrive without spin", "nothing"
     if law is not None:

@@ -257,7 +257,9 @@ class CoulombResistance(Record):
     def _number_for_each_angle(self) -> Self:
         angles, given = len(self.angle_deg or (90.0,)), self.tangential_restitution or ()
         if len(given) != angles and (given or self.angle_deg):
-            allowed = f"{angles} numbers, one for each of angle_deg"
+            allowed = (
+                "one number" if angles == 1 else f"{angles} numbers, one for each of angle_deg"
+            )
             raise refusal("tangential_restitution", given, allowed)
         return self
 

@@ -122,10 +122,10 @@ def other_table(name_or_path: str, table: Table) -> SamplingMethod:
     other = load_whole(name_or_path)
     if other.pair != table.pair:
         raise InputError("pair", other.pair, table.pair, source=str(name_or_path))
-    for name in ("alpha_range", "speed_range"):
-        (low, high), (first, last) = getattr(table, name), getattr(other, name)
+    for name in ("alpha_nodes_deg", "speed_nodes"):
+        (low, high), (first, last) = (getattr(one, name)[[0, -1]] for one in (table, other))
         if first > low or last < high:
-            given, allowed = f"{first:g} to {last:g}", f"{low:g} to {high:g} or more (radians, m/s)"
+            given, allowed = f"{first:g} to {last:g}", f"{low:g} to {high:g} or more (degrees, m/s)"
             raise InputError(name, given, allowed, source=str(name_or_path))
     return table_method(name_or_path)
 

@@ -140,7 +140,7 @@ def measure_report(
 
 def conditions_of(table: Table, budget: Budget) -> list[tuple[float, float]]:
     """Choose the angles [degrees] and speeds at which the methods are compared."""
-    (first, last), (slow, fast) = np.degrees(table.alpha_range), table.speed_range
+    (first, last), (slow, fast) = table.alpha_nodes_deg[[0, -1]], table.speed_nodes[[0, -1]]
     return [
         (float(first + a * (last - first)), slow + v * (fast - slow)) for a, v in budget.conditions
     ]
@@ -149,7 +149,10 @@ def conditions_of(table: Table, budget: Budget) -> list[tuple[float, float]]:
 def seconds_at_random(table: Table, count: int, seed: int) -> float:
     """Time a draw at random conditions, as in a flow code, on one thread."""
     rng, index = np.random.default_rng(seed), np.arange(count)
-    alpha, speed = rng.uniform(*table.alpha_range, count), rng.uniform(*table.speed_range, count)
+    alpha, speed = (
+        rng.uniform(*np.radians(table.alpha_nodes_deg[[0, -1]]), count),
+        rng.uniform(*table.speed_nodes[[0, -1]], count),
+    )
     draw = partial(table.sample, alpha, speed, seed=seed, index=index, threads=1)
     return best_seconds(draw) / count
 

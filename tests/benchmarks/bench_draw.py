@@ -41,8 +41,8 @@ class Conditions:
 
     def __init__(self, table: sampler.Table, n: int) -> None:
         rng = np.random.default_rng(1)
-        self.alpha1 = rng.uniform(*table.alpha_range, n)
-        self.speed = rng.uniform(*table.speed_range, n)
+        self.alpha1 = rng.uniform(*np.radians(table.alpha_nodes_deg[[0, -1]]), n)
+        self.speed = rng.uniform(*table.speed_nodes[[0, -1]], n)
         self.index = rng.integers(0, 2**64, n, dtype=np.uint64)
         self.hit = np.zeros(n, np.uint32)
         self.spin = rng.uniform(-1.0, 1.0, (n, 3))

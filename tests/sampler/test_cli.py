@@ -69,7 +69,7 @@ def test_how_a_program_ends(capsys, error, status, line):
     assert run_program(program, ["work"]) == status
     *before, line_written = capsys.readouterr().err.strip().splitlines()
     assert line_written.startswith(f"prog: {line}")
-    assert line_written.endswith("please report it; RuntimeError: odd") == bool(before)
+    assert line_written.endswith("not of your input; RuntimeError: odd") == bool(before)
     assert [text for text in before if text.startswith("Traceback")] == before[:1]
     assert bool(before) == isinstance(error, RuntimeError)
     assert len(line_written) < 5000
@@ -274,7 +274,7 @@ def test_outside_is_noted_or_refused(draw, refuse, words, tmp_path, table):
         "got an impact at {}, allowed: 20 to 90 deg, 50 to 300 m/s, the range of the table made"
     )
     assert f"--alpha: {sentence.format('10 deg, 150 m/s')}" in note
-    expected = table.sample(table.alpha_range[0], 150.0, seed=1, index=range(100))
+    expected = table.sample(np.radians(table.alpha_nodes_deg[0]), 150.0, seed=1, index=range(100))
     np.testing.assert_array_equal(state, expected)
     (tmp_path / "out.npz").unlink()
     line = refuse("sampler", *words(speed=300.0001, outside="raise"))

@@ -62,7 +62,10 @@ def test_words_at_their_ends(script, contents, places):
 def test_draws_from_keys(make):
     contents, rng, n = make(), np.random.default_rng(5), 200
     table = sampler.Table(contents)
-    alpha1, speed = rng.uniform(*table.alpha_range, n), rng.uniform(*table.speed_range, n)
+    alpha1, speed = (
+        rng.uniform(*np.radians(table.alpha_nodes_deg[[0, -1]]), n),
+        rng.uniform(*table.speed_nodes[[0, -1]], n),
+    )
     index = rng.integers(0, 2**64, n, dtype=np.uint64)
     hit = rng.integers(0, 2**32, n, dtype=np.uint32)
     seed = 0xFEDCBA9876543210

@@ -37,7 +37,10 @@ def draw(table, alpha1, speed, **given):
 
 def ends(table):
     """Ends of angles, rad, and of speeds, m/s, that lie apart from those that were measured."""
-    (low, high), (slow, fast) = table.alpha_range, table.speed_range
+    (low, high), (slow, fast) = (
+        np.radians(table.alpha_nodes_deg[[0, -1]]),
+        table.speed_nodes[[0, -1]],
+    )
     return low, high, slow, fast
 
 
@@ -82,7 +85,7 @@ def test_a_head_on_angle_of_single_precision(table):
 
 @pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
 def test_the_largest_spin(strict):
-    (_, most), speed = strict.covered.spin, 1.01 * strict.speed_range[0]
+    (_, most), speed = strict.covered.spin, 1.01 * strict.speed_nodes[0]
     for count in (1, 32):  # singly and in a block
         given = KEYS | {"index": np.full(count, 2), "inertia": np.full(count, 0.3)}
         drawn = {}

@@ -35,7 +35,7 @@ def forbidden(states):
 def _draw_and_count(draws):
     table = sampler.load("corundum-steel", outside="raise")
     rng = np.random.Generator(np.random.Philox(key=20))
-    (low, high), speeds = table.alpha_range, table.speed_range
+    (low, high), speeds = np.radians(table.alpha_nodes_deg[[0, -1]]), table.speed_nodes[[0, -1]]
     batch = min(draws, BATCH)
     states, index = np.empty((batch, 6)), np.arange(batch, dtype=np.uint64)
     count = 0

@@ -29,6 +29,8 @@ import math
 import sys
 from pathlib import Path
 
+import numpy as np
+
 HERE = Path(__file__).resolve().parent
 TESTS = HERE.parent
 sys.path[:0] = map(str, (HERE.parents[1], TESTS, TESTS / "sampler", TESTS / "embedding"))
@@ -49,7 +51,7 @@ KEYS = ((0, 0, 0), (7, 123, 4), (MOST, MOST, 2**32 - 1), (1, 2**32, 1), (2**32, 
 
 def draw_conditions(table):
     """Inside, at nodes, at both ends, outside by rounding and by more, and all that is refused."""
-    (a0, a1), (v0, v1) = table.alpha_range, table.speed_range
+    (a0, a1), (v0, v1) = np.radians(table.alpha_nodes_deg[[0, -1]]), table.speed_nodes[[0, -1]]
     inside = [
         (a0 + f * (a1 - a0), v0 + g * (v1 - v0)) for f, g in ((0.1, 0.7), (0.5, 0.5), (0.83, 0.2))
     ]
@@ -71,7 +73,7 @@ def draw_conditions(table):
 
 def rebound_conditions(table):
     """Oblique, normal, moving walls, scaled normals, and all that is refused."""
-    low, high = table.speed_range
+    low, high = table.speed_nodes[[0, -1]]
     v = 0.5 * (low + high)
     rest, tilted = (0.0, 0.0, 0.0), (0.3, -2.0, 0.7)
     moving = (3.0, -4.0, 5.0)
@@ -97,7 +99,7 @@ def rebound_conditions(table):
 
 def rough_conditions(table):
     """Steep, grazing and normal impacts with their roughness, and all that is refused."""
-    v = 0.5 * sum(table.speed_range)
+    v = 0.5 * sum(table.speed_nodes[[0, -1]])
     rest, up, tilted, moving = (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.3, -2.0, 0.7), (3.0, -4.0, 5.0)
     oblique = (0.8 * v, -0.6 * v, 0.0)
     return [

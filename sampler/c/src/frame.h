@@ -109,8 +109,8 @@ RBTI_INLINE RBT_DEVICE double rbti_impact_angle(const double relative[3], const 
     return atan2(approach, *tangential);
 }
 
-/* Unit vector along the tangential velocity. At normal impact, where there is none, its azimuth is drawn.
-   */
+/* Unit vector along the tangential velocity. At normal impact, where there is none, its azimuth is
+   drawn. */
 RBTI_INLINE RBT_DEVICE void rbti_tangent(const double relative[3], const double e_y[3],
                                          double tangential, double speed, uint64_t seed,
                                          uint64_t index, uint32_t hit, double e_x[3])

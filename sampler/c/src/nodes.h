@@ -113,8 +113,8 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_node(size_t m, const rbt_table *table, r
     }
 }
 
-/* Step 3: one component of the mixture of the node, by the alias method, and the class of the component.
-   */
+/* Step 3: one component of the mixture of the node, by the alias method, and the class of the
+   component. */
 RBTI_INLINE RBT_DEVICE void rbti_choose_component(size_t m, const rbt_table *table, rbti_draws *d)
 {
     const int32_t components = table->n_components, classes = table->n_classes;

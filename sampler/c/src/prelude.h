@@ -20,15 +20,21 @@
 
    What to change for what:
 
-   a random number, its key or its block            words which grain a particle is
-   grains the range of the table, an error or a flag       nodes, spin; texts: sampler/errors.py the law
-   of first impacts                         nodes the spin law
-   conditions, experts, outcomes; order of steps: spin_draw a law of contact of spheres
-   sphere roughness                                        rough; from a profile: walls the format of
-   binary tables                      layout, check, read; sampler/formats/binary_layout.py opening files,
-   memory                            open, checksum sizes, the torque of the gas, deposits, faces
-   sizes, gas, walls, faces compilers and processors                         prelude the library of Python
-   sampler/c/library.c */
+     to change                                section
+     a random number, its key or its block    words
+     which grain a particle is                grains
+     the range of the table, errors, flags    nodes, spin; their texts: sampler/errors.py
+     the law of first impacts                 nodes
+     the spin law                             conditions, experts, outcomes; order of steps: spin_draw
+     a law of contact of spheres              sphere
+     roughness                                rough; from a profile: walls
+     direct simulation behind the calls       direct
+     the format of binary tables              layout, check, read; sampler/formats/binary_layout.py
+     opening files, memory                    open, checksum
+     sizes, torque of the gas, deposits       sizes, gas, walls
+     sums by wall face                        faces
+     compilers and processors                 prelude
+     the library of Python                    sampler/c/library.c */
 
 #if defined(REBOUND_SAMPLER_IMPLEMENTATION) && !defined(REBOUND_SAMPLER_IMPLEMENTED)
 #define REBOUND_SAMPLER_IMPLEMENTED

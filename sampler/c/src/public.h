@@ -474,8 +474,8 @@ typedef struct rbt_face_hit {
 } rbt_face_hit;
 
 /* Sums over the hits of a face: particles, particles that stayed, kg, J of translation before, J of
-   translation lost, the mean impact angle in degrees, and J of the works along the normal and the wall.
-   */
+   translation lost, the mean impact angle in degrees, and J of the works along the normal and the
+   wall. */
 enum {
     RBT_FACE_HITS,
     RBT_FACE_DEPOSITS,

@@ -3,9 +3,9 @@
    rbt_rebound: velocities in the lab frame, m/s, angular velocities, rad/s, and works, J/kg, of particles
    that meet a wall. Each row takes three steps:
 
-   rbti_begin_row      the impact on the wall, or on the first facet of a rough wall (frame.h, rough.h)
-   rbti_draw_one       its state, row by row, or rbti_draw_rows for a block of rows (sample.h)
-   rbti_finish_row     back to the lab frame; on a rough wall further facets until the particle leaves */
+     rbti_begin_row      the impact on the wall, or on the first facet of a rough wall (frame.h, rough.h)
+     rbti_draw_one       its state, row by row, or rbti_draw_rows for a block of rows (sample.h)
+     rbti_finish_row     back to the lab frame; on a rough wall further facets until the particle leaves */
 
 /* Hit of a row: its impact on the wall, or on the first facet of a rough wall. The cascade of facets is
    stored apart, so that it takes no cache where walls are smooth. */

@@ -42,8 +42,8 @@ RBTI_INLINE RBT_DEVICE double rbti_tabulated(const double *table, double angle, 
            p * ((1.0 - q) * high[0] + q * high[right]);
 }
 
-/* Restitution: the normal contact velocity after over that before. From 0 to 1, whatever the numbers are.
-   */
+/* Restitution: the normal contact velocity after over that before. From 0 to 1, whatever the numbers
+   are. */
 RBTI_INLINE RBT_DEVICE double rbti_restitution(const double *law, double speed, double sine)
 {
     const double c = law[RBTI_COEFFICIENT], exponent = law[RBTI_EXPONENT], angle = asin(sine);
@@ -86,8 +86,8 @@ RBTI_INLINE RBT_DEVICE double rbti_tangential_impulse(const rbt_table *table, do
 }
 
 /* Rebound of a sphere: all variables of its state. `spin` may be NULL. The rotational energy is over the
-   kinetic energy before, works are over m V^2 / 2. No energy is gained, whatever the numbers of the laws.
-   */
+   kinetic energy before, works are over m V^2 / 2. No energy is gained, whatever the numbers of the
+   laws. */
 RBTI_INLINE RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, double speed,
                                         const double *spin, double values[RBT_VALUES])
 {

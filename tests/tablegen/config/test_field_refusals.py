@@ -46,7 +46,7 @@ tabulated: angle_deg = [10.0, 90.0, 45.0] => angle_deg: got [10, 90, 45], ... ea
 """
 RESISTANCES = """
 coulomb: dynamic = 0.5 => dynamic: got 0.5, ... 0 to static, 0.4
-coulomb: tangential_restitution = [0.1, 0.2] => tangential_restitution: got [0.1, ... 1 numbers
+coulomb: tangential_restitution = [0.1, 0.2] => tangential_restitution: got [0.1, ... one number
 tabulated: value = [0.9] => value: got [0.9], ... 2 numbers, one for each of angle_deg
 """
 

@@ -98,7 +98,7 @@ def test_tables_beside_are_of_the_pair_the_range_and_all_variables(tiny, tmp_pat
     write_table(other, replace(read_table(tiny.path), pair="sand-glass"))
     assert "pair: got sand-glass" in refused(other, methods.other_table, str(other), mine)
     whole = sampler.load("corundum-steel")
-    assert "alpha_range" in refused(tiny.path, methods.other_table, str(tiny.path), whole)
+    assert "alpha_nodes_deg" in refused(tiny.path, methods.other_table, str(tiny.path), whole)
     prune(tiny.path, TINY.with_changes({"domain": {"variables": ["u", "v"]}}), part)
     assert "variables u, v" in refused(part, methods.load_whole, str(part))
 
