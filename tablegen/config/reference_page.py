@@ -11,7 +11,7 @@ from sampler.files import data_directory, write_text
 from sampler.formats.format_page import filled
 from tablegen.config.config import Config
 from tablegen.config.grains import GRAINS
-from tablegen.config.metric_table import CHAIN_LIMITS, METRICS, PRESETS, SPIN_PRESETS
+from tablegen.config.metric_table import CHAIN_LIMITS, CHAINS, METRICS, PRESETS, SPIN_PRESETS
 
 #: File name of the page, in the folder of the tables.
 PAGE = "CONFIGURATION.md"
@@ -129,10 +129,8 @@ MEANINGS: dict[str, dict[str, tuple[str, str]]] = {
     },
 }
 MEANINGS["SpinTargets"] = MEANINGS["AccuracyTargets"] | {
-    "chain_ks": ("1", "KS of a variable at hits 2 to 60 of a chain"),
-    "chain_energy": ("1", "error of the share of energy that a hit keeps, along chains"),
-    "chain_spin": ("1", "relative error of the mean squared spin, along chains"),
-    "chain_angle": ("1", "relative error of the median impact angle, along chains"),
+    name: ("1", f"largest error along chains of hits: {metric.label}")
+    for name, metric in CHAINS.items()
 }
 
 #: Records by the heading of their table in a file.

@@ -149,10 +149,9 @@ def conditions_of(table: Table, budget: Budget) -> list[tuple[float, float]]:
 def seconds_at_random(table: Table, count: int, seed: int) -> float:
     """Time a draw at random conditions, as in a flow code, on one thread."""
     rng, index = np.random.default_rng(seed), np.arange(count)
-    alpha, speed = (
-        rng.uniform(*np.radians(table.alpha_nodes_deg[[0, -1]]), count),
-        rng.uniform(*table.speed_nodes[[0, -1]], count),
-    )
+    first, last = np.radians(table.alpha_nodes_deg[[0, -1]])
+    slow, fast = table.speed_nodes[[0, -1]]
+    alpha, speed = rng.uniform(first, last, count), rng.uniform(slow, fast, count)
     draw = partial(table.sample, alpha, speed, seed=seed, index=index, threads=1)
     return best_seconds(draw) / count
 

@@ -29,14 +29,15 @@ def test_the_page_shows_what_the_program_prints(printed):
     for now, then in zip(printed.split("\n\n"), shown[:1] + shown[1].split("\n\n"), strict=True):
         for line, page_line in zip(now.strip().split("\n"), then.strip().split("\n"), strict=True):
             # chance moves the angle of the largest deviation
-            words, page_words = line.split()[:5], page_line.split()[:5]
+            end = -1 if "fitted" in line else None
+            words, page_words = line.split()[:end], page_line.split()[:end]
             assert len(words) == len(page_words)
             for word, page_word in zip(words, page_words, strict=True):
                 number, page_number = parse_number(word), parse_number(page_word)
                 if np.isnan(number):
                     assert word == page_word
                 else:
-                    assert abs(number - page_number) < 0.02 + 0.05 * abs(page_number), line
+                    assert abs(number - page_number) < 0.02 + 0.1 * abs(page_number), line
 
 
 def test_measured_mean_of_corundum():
