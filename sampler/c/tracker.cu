@@ -1,8 +1,12 @@
 /* Follow grains of corundum, in air of 100 m/s, through a channel with two plates, on a GPU: a thread follows
    each grain.
 
-   The gas exerts the drag of Stokes and a torque on them. A grain keeps its index, the number of walls that it
-   has met, its spin, and the inertia about its spin. All quantities are in SI units. */
+   The gas exerts a drag and a torque on them. A grain keeps its index, the number of walls that it has met, its
+   spin, and the inertia about its spin. All quantities are in SI units.
+
+   The drag is that of Schiller & Naumann (Z. VDI 77 (1933) 318) on spheres of equal volume, which holds up to
+   a Reynolds number of 800; the slip of these grains gives up to 570. rbt_sphericity is for drag laws of
+   other grains. */
 #define REBOUND_SAMPLER_IMPLEMENTATION /* in one file of a program */
 #include "rebound_sampler.h"
 #include "rebound_device.h"
@@ -22,9 +26,8 @@
 
 #define DIAMETER 60e-6 /* of the sphere of equal volume */
 #define MASS 4.5e-10
-#define HALF_SIZE (0.63 * DIAMETER) /* what rbt_mean_half_size gives for this table */
 #define PI 3.141592653589793
-#define DRAG_RATE (3.0 * PI * VISCOSITY * DIAMETER / MASS)
+#define STOKES_RATE (3.0 * PI * VISCOSITY * DIAMETER / MASS) /* of the drag at small slip */
 
 struct wall {
     double x, y;      /* one end */
@@ -36,7 +39,8 @@ struct grain {
     double x, y;
     double v[3];
     double omega[3]; /* mean angular velocity */
-    double inertia;  /* about it, over MASS HALF_SIZE^2; 0 is not known */
+    double inertia;  /* about it, over MASS half_size^2; 0 is not known */
+    double half_size; /* a, the largest */
     double flight;   /* time since the last wall */
     uint64_t index;
     uint32_t hit;    /* number of walls that it has met */
@@ -73,20 +77,28 @@ static RBT_DEVICE bool find_wall_ahead(const grain &g, double normal[3])
     return is_ahead;
 }
 
+/* The rate at which the drag takes the slip of a grain, 1/s. */
+static RBT_DEVICE double find_drag_rate(const grain &g)
+{
+    const double u = GAS_SPEED - g.v[0], v = g.v[1], w = g.v[2];
+    const double reynolds = GAS_DENSITY * DIAMETER / VISCOSITY * sqrt(u * u + v * v + w * w);
+    return STOKES_RATE * (1.0 + 0.15 * pow(reynolds, 0.687));
+}
+
 /* The normal speed below which a grain rests. Where the gas presses it to the wall, its next hop would be
    lower than a hundredth of its diameter. */
 static RBT_DEVICE double find_resting_speed(const grain &g, const double normal[3])
 {
     const double slip[3] = {GAS_SPEED - g.v[0], -g.v[1], -g.v[2]};
     const double along_normal = slip[0] * normal[0] + slip[1] * normal[1] + slip[2] * normal[2];
-    const double towards_wall = -DRAG_RATE * along_normal; /* acceleration */
+    const double towards_wall = -find_drag_rate(g) * along_normal; /* acceleration */
     return towards_wall > 0.0 ? sqrt(2.0 * towards_wall * 0.01 * DIAMETER) : 0.0;
 }
 
 /* Let the torque of the gas act on the spin. One call for the whole flight since the last wall is exact. */
 static RBT_DEVICE void slow_down_spin(grain &g)
 {
-    const double moment = g.inertia * MASS * HALF_SIZE * HALF_SIZE;
+    const double moment = g.inertia * MASS * g.half_size * g.half_size;
     if (g.hit > 0) /* before its first wall the grain does not spin */
         rbt_spin_after(g.omega, g.flight, moment, DIAMETER, GAS_DENSITY, VISCOSITY, nullptr, g.omega);
     g.flight = 0.0;
@@ -95,11 +107,10 @@ static RBT_DEVICE void slow_down_spin(grain &g)
 /* Rebound a grain. Returns the code. */
 static RBT_DEVICE int rebound(const rbt_table *table, grain &g, const double normal[3])
 {
-    const double half_size = HALF_SIZE;
     rbt_impacts impact = {};
     impact.velocity = g.v;
     impact.normal = normal;
-    impact.half_size = &half_size;
+    impact.half_size = &g.half_size;
     impact.omega = g.omega;
     impact.inertia = &g.inertia;
     impact.index = &g.index;
@@ -115,15 +126,18 @@ static RBT_DEVICE int rebound(const rbt_table *table, grain &g, const double nor
 
 RBT_KERNEL follow(RBT_TABLE_ARGUMENT table, unsigned long long n_grains, double *sums)
 {
-    const double share = -expm1(-DRAG_RATE * TIME_STEP); /* of the slip, that a step takes */
     RBT_EACH_ROW(k, n_grains)
     {
-        double outside = 0.0, failed = 0.0, normal[3];
+        double outside = 0.0, failed = 0.0, normal[3], shape[3]; /* code, b/a and c/b */
         grain g = {};
         g.y = ((double)k + 0.5) * CHANNEL_HEIGHT / (double)n_grains;
         g.v[0] = GAS_SPEED;
         g.index = k;
+        if (rbt_grains(&table, 1, SEED, &g.index, nullptr, shape) < 0)
+            failed = 1.0;
+        g.half_size = rbt_half_size(&table, DIAMETER, shape);
         while (g.x >= 0.0 && g.x < CHANNEL_LENGTH) {
+            const double share = 1.0 - exp(-find_drag_rate(g) * TIME_STEP); /* of the slip */
             g.v[0] += share * (GAS_SPEED - g.v[0]);
             g.v[1] -= share * g.v[1];
             g.v[2] -= share * g.v[2];

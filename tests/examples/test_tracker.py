@@ -14,6 +14,9 @@ class Walls:
         self.model, self.spinning = model, spinning
         self.met, self.squares = np.zeros((2, 7, n))
 
+    def __getattr__(self, name):
+        return getattr(self.model, name)  # grains and their sizes
+
     def rebound(self, velocity, normal, half_size, *, omega, inertia, index, hit, seed):
         counted = np.minimum(hit, 6), index
         self.met[counted], self.squares[counted] = 1.0, (velocity**2).sum(axis=1)
