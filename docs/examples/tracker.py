@@ -3,9 +3,9 @@
 The gas exerts a drag and a torque on them. A grain keeps its index, the number of walls that it has
 met, its spin, and the inertia about its spin. All quantities are in SI units.
 
-The drag is that of Schiller & Naumann (Z. VDI 77 (1933) 318) on spheres of equal volume. It holds up
-to a Reynolds number of 800; the slip of these grains gives up to 570. `cyclone.py` has a drag for
-grains of any sphericity.
+The drag is that of Schiller & Naumann (Z. VDI 77 (1933) 318) on spheres of equal volume. It holds
+up to a Reynolds number of 800; the slip of these grains gives up to 570. `cyclone.py` has a drag
+for grains of any sphericity.
 """
 
 import numpy as np
