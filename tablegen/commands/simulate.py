@@ -160,7 +160,7 @@ def _chosen_particles(
     aspect: tuple[float, float] | None,
 ) -> "Population":
     """Return the particles that the options ask for: a shape, a mixture, or a mesh."""
-    from tablegen.config.mesh import THINNED_WITHIN, read_mesh
+    from tablegen.config.mesh import read_mesh
 
     has_one_shape = len(population.strata()) == 1
     if particle is None and (shape is not None or has_one_shape):
@@ -173,12 +173,6 @@ def _chosen_particles(
         problem = "is given with --particle, whose mesh has its own ratios"
         raise InputError("--aspect", problem=problem, remedy="leave it out")
     mesh = read_mesh(particle)
-    if text := mesh.hull_text():
-        note("tablegen", text)
-    if len(mesh.vertices) < mesh.corners:
-        note(
-            "tablegen",
-            f"{mesh.name}: its hull of {mesh.corners} corners is thinned to {len(mesh.vertices)}, "
-            f"within {THINNED_WITHIN:g} of its largest extent",
-        )
+    for line in mesh.doubts():
+        note("tablegen", line)
     return population.with_mesh(mesh)

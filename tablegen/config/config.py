@@ -4,6 +4,7 @@ A *pair file* has the material pair, the population, the domain, and how a table
 names a pair file in a top-level ``pair = "..."`` and changes some fields.
 """
 
+import logging
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -42,6 +43,8 @@ def _odd(value: int | None) -> int | None:
         raise ValueError("an odd number")
     return value
 
+
+_LOG = logging.getLogger("tablegen")
 
 #: Variables of a plane flow, and the variables that it does not use.
 PLANE = ("u", "v", "omega_z")
@@ -455,6 +458,8 @@ def _written_out(tree: Tree, origin: str, directory: Path) -> Tree:
             except InputError as error:
                 field = f"population.meshes[{i}].file"
                 raise error.replaced(argument=field, source=origin) from None
+            for line in read.doubts():
+                _LOG.warning("%s", line)
             vertices = [list(row) for row in read.vertices]
             whole.append({**mesh, "file": read.name, "vertices": vertices})
         else:

@@ -100,18 +100,23 @@ class MeshFile:
         """Whether the hull adds less than a thousandth of its volume to the mesh."""
         return self.solidity is not None and self.solidity > CONVEX
 
-    def hull_text(self) -> str:
-        """Say what the convex hull, which is simulated, adds to the mesh; empty if nothing."""
-        if self.is_convex:
-            return ""
-        if self.solidity:
+    def doubts(self) -> list[str]:
+        """Say what the simulated particle adds to the mesh, or leaves out, one on each line."""
+        lines = []
+        if self.solidity and not self.is_convex:
             size = f"of {1.0 / self.solidity:.4g} times its volume"
-            return f"{self.name} is not convex; its convex hull, {size}, is simulated"
-        reason = "is open" if self.is_open else "has faces that do not agree on the outside"
-        return (
-            f"{self.name} {reason}, so nobody knows what its convex hull, which is simulated, adds "
-            "to it"
-        )
+            lines.append(f"{self.name} is not convex; its convex hull, {size}, is simulated")
+        elif not self.is_convex:
+            reason = "is open" if self.is_open else "has faces that do not agree on the outside"
+            lines.append(
+                f"{self.name} {reason}; its convex hull is simulated, and may have another volume"
+            )
+        if len(self.vertices) < self.corners:
+            lines.append(
+                f"{self.name}: its hull of {self.corners} corners is thinned to "
+                f"{len(self.vertices)}, within {THINNED_WITHIN:g} of its largest extent"
+            )
+        return lines
 
 
 def read_mesh(path: str | os.PathLike[str]) -> MeshFile:

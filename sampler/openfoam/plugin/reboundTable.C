@@ -1,5 +1,5 @@
 #define REBOUND_SAMPLER_IMPLEMENTATION
-#include "rebound_sampler.h"
+#include "samplerFunctions.H"
 
 #include "reboundTable.H"
 #include "compatibility.H"

@@ -1,4 +1,4 @@
-#include "rebound_sampler.h"
+#include "samplerFunctions.H"
 
 #include "wallRoughness.H"
 #include "compatibility.H"

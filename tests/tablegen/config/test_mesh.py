@@ -73,11 +73,11 @@ class TestFiles:
         assert len(read.vertices) == 8
         assert read.solidity is None
         assert read.is_open
-        assert read.hull_text().startswith("box.stl is open, so nobody knows")
+        assert read.doubts()[0].startswith("box.stl is open; its convex hull is simulated")
         mesh.faces = np.vstack([mesh.faces, surface(box(0.8, 0.6)).faces[0, ::-1]])
         read = read_mesh(written(tmp_path, "turned.ply", mesh))
         assert not read.is_open
-        assert "do not agree on the outside" in read.hull_text()
+        assert "do not agree on the outside" in read.doubts()[0]
 
     @pytest.mark.parametrize("suffix", SUFFIXES)
     @pytest.mark.parametrize(
@@ -213,10 +213,19 @@ class TestFrame:
 
 
 class TestConfig:
-    def test_text_stands_alone(self, tmp_path):
+    def test_a_hull_that_is_no_mesh_is_said(self, tmp_path, caplog):
+        written(tmp_path, "two.ply", two_cubes())
+        parse_config(PAIR_TEXT + '[[population.meshes]]\nfile = "two.ply"\n', "my.toml", tmp_path)
+        (line,) = caplog.messages
+        assert (
+            line == "two.ply is not convex; its convex hull, of 1.5 times its volume, is simulated"
+        )
+
+    def test_text_stands_alone(self, tmp_path, caplog):
         path = written(tmp_path, "grain.ply", surface(grain(60)))
         text = PAIR_TEXT + '[[population.meshes]]\nfile = "grain.ply"\nweight = 2.0\n'
         config = parse_config(text, "my.toml", tmp_path)
+        assert caplog.messages == []
         mesh = config.population.meshes[0]
         assert (len(mesh.vertices), mesh.file, mesh.weight) == (60, "grain.ply", 2.0)
         path.unlink()
