@@ -120,7 +120,7 @@ NO_WORKS = STATUS["NO_WORKS"]
 OUTSIDE = ANGLE | SPEED | SPIN
 
 #: Flags of a row, by kind.
-FLAGS = {"angle": ANGLE, "speed": SPEED, "spin": SPIN, "extrapolated": EXTRAPOLATED}
+FLAGS = {code.name.lower(): code.number for code in CODES if code.number > 0}
 
 #: Characters of a given value that are worth repeating.
 _LONGEST = 60

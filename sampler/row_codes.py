@@ -75,10 +75,12 @@ class RowCodes:
         codes, numbers = report.codes, dict(zip(FLAGS, report.counts, strict=True))
         for kind in self._add(numbers):
             row = int(((codes > 0) & ((codes & FLAGS[kind]) != 0)).argmax())
-            if kind == "extrapolated":
+            if FLAGS[kind] & errors.OUTSIDE:
+                first = self._outside(call, row, FLAGS[kind])
+            elif kind == "extrapolated":
                 first = self._extrapolated(call, row)
             else:
-                first = self._outside(call, row, FLAGS[kind])
+                first = call.refusal(row, kind, problem=_CODES[FLAGS[kind]].text)
             warnings.warn(OutsideTableWarning(first, numbers[kind], kind), stacklevel=stacklevel)
 
     def _warn_of_size(self, call: Call, stacklevel: int) -> None:

@@ -96,7 +96,7 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t o
     for (size_t k = 0; k < RBT_VALUES; k++) { /* compilers know this number, not `width` */
         if (k >= width)
             break;
-        const int is_work = k >= RBT_WORK_NORMAL;
+        const int is_work = k == RBT_WORK_NORMAL || k == RBT_WORK_SHEAR;
         const size_t row = is_work ? RBTI_NORMAL + (k - RBT_WORK_NORMAL) : k;
         const int known = k <= RBT_OMEGA_Z || (is_work && outcomes == RBTI_MOST_OUTCOMES);
         const int is_stored = known && rbti_has_variable(table, (int)k);
