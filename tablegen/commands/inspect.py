@@ -1,6 +1,7 @@
 """``tablegen inspect``: describe a table."""
 
 import math
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -69,20 +70,29 @@ def inspect(table: str, as_json: bool, config: bool) -> int:
 
 
 def _editable(config: str) -> str:
-    """Return the configuration to edit: short lists on one line, and a comment if it lists nodes.
+    """Return the configuration to edit, with comments on what to change and short lists on a line.
 
-    The comment says how to change the range.
+    It has one name, that of the pair: a second name in ``[pair]``, which stands there if the table
+    was made from a scene, would stay with who changes only the first.
     """
     from tablegen.config.scenes import with_short_lists
 
+    if of_pair := re.search(r"^\[pair\]\nname = (.*)\n", config, re.M):
+        config = config.replace(of_pair[0], "[pair]\n")
+        config = re.sub(
+            r"^name = .*$", lambda _: f"name = {of_pair[1]}", config, count=1, flags=re.M
+        )
+    comments = ["# For another pair change the name."]
+    if "[accuracy]" in config or "[spin_accuracy]" in config:
+        comments[0] += " Limits under [accuracy] and [spin_accuracy] are those of"
+        comments += ["# this table; keep the presets alone unless you want the same limits."]
     config = with_short_lists(config)
-    if "alpha_nodes_deg" not in config and "speed_nodes" not in config:
-        return config
-    return (
-        "# Before you change alpha_deg in [domain], delete alpha_nodes_deg in [table]; before you\n"
-        "# change speed, delete speed_nodes. tablegen generate then places these nodes itself.\n"
-        f"{config}"
-    )
+    if "alpha_nodes_deg" in config or "speed_nodes" in config:
+        comments += [
+            "# Before you change the pair or its range, delete alpha_nodes_deg and speed_nodes in",
+            "# [table]: tablegen generate then places these nodes itself.",
+        ]
+    return "\n".join([*comments, config])
 
 
 def identity(contents: "TableContents") -> dict[str, Any]:

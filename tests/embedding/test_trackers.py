@@ -110,6 +110,34 @@ def test_a_page_shows_what_its_programs_print(page, folder):
     check(tracker[0])
 
 
+#: Declarations before the lines of C in README, the arguments of the program in c/README.md.
+BEFORE = """
+int main(void)
+{
+double velocity[3] = {120.0, -90.0, 0.0}, omega[3] = {0}, inertia = 0.0;
+const double normal[3] = {0.0, 1.0, 0.0}, half_size = 20e-6;
+uint64_t index = 5;
+uint32_t hit = 0;
+"""
+AFTER = """
+printf("%d %u %.2f %.2f %.2f", code, hit, velocity[0], velocity[1], velocity[2]);
+rbt_close(table);
+return 0;
+}
+"""
+
+
+def test_the_lines_of_c_in_the_readme_are_the_rebound_of_the_page(folder):
+    readme = blocks((ROOT / "README.md").read_text(encoding="utf-8"))
+    (lines,) = (block.text for block in readme if block.language == "c")
+    includes = f"{toolchain.IMPLEMENTATION}#include <stdio.h>\n"
+    (folder / "readme.c").write_text(includes + BEFORE + lines + AFTER)
+    program = toolchain.build("gcc", [folder / "readme.c"], folder / "readme", toolchain.QUICK)
+    printed = toolchain.run(program).split()
+    page = next(b.text for b, _ in blocks_of("c/README.md") if b.text.startswith("velocity"))
+    assert printed == ["0", "1", *page.splitlines()[0].partition(":")[2].split()]
+
+
 def test_choosing_a_table(folder, call):
     ((block, _),) = blocks_of("EMBEDDING.md")
     ended = [call(*words) for words in calls(block.text)]

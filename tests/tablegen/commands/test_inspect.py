@@ -17,7 +17,7 @@ import sampler
 from sampler.files import find_config, find_table
 from sampler.formats.hdf5 import read_table, write_table
 from tablegen.commands.inspect import identity, identity_text
-from tablegen.config.config import load_config
+from tablegen.config.config import load_config, parse_config
 from tablegen.config.metric_table import PRESETS
 from tablegen.model.contact_laws import exponential_restitution
 
@@ -29,9 +29,19 @@ def test_describes_the_table(run, tiny):
     for words in ("35 to 45 deg, 60 to 300 m/s", table.content_sha256, largest):
         assert words in ended.out
     written = run("inspect", tiny.path, "--config").out
-    assert written.startswith("# Before you change alpha_deg in [domain], delete alpha_nodes_deg")
+    assert written.startswith("# For another pair change the name.")
     assert "\nspeed_nodes = [60.0, 300.0]\n" in written
-    assert tomllib.loads(written) == tomllib.loads(TINY.text)
+    expected = tomllib.loads(TINY.text)
+    expected["name"] = expected["pair"].pop("name")
+    assert tomllib.loads(written) == expected
+
+
+def test_who_changes_the_name_of_a_configuration_has_another_pair(run):
+    written = run("inspect", "corundum-steel", "--config").out
+    assert written.count("corundum-steel") == 1
+    assert parse_config(written, "mine").pair_name == "corundum-steel"
+    changed = written.replace("corundum-steel", "mine")
+    assert parse_config(changed, "mine").pair_name == "mine"
 
 
 def test_json_has_what_the_table_has(run, refused, tiny):
