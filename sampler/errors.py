@@ -33,7 +33,9 @@ CODES = (
         "the spin lies outside the table, or the grain cannot have this inertia, and the nearest "
         "value was used"),
     Code("EXTRAPOLATED", 8, "the material pair was not measured at this speed"),
-    Code("ERR_MISSING", -1, "the table or a required array is missing (NULL, or a handle of 0)"),
+    Code("ERR_MISSING", -1,
+        "the table (NULL, or a handle of 0) or a required array is missing: a rebound needs "
+        "velocity, normal, half_size, index and hit, a draw needs alpha1, speed, index and hit"),
     Code("ERR_NOT_FINITE", -2,
         "an argument, or the square of a speed or a spin, is NaN or infinite; or an inertia is "
         "negative"),

@@ -1,4 +1,4 @@
-"""Does the law of the wall matter? One dusty flow, eight laws.
+"""Does the law of the wall matter? One dusty flow, nine laws.
 
     python docs/examples/wall_laws.py --output docs
 
@@ -17,6 +17,7 @@ import numpy as np
 from cylinders import AHEAD, CELL, COLUMNS, ENERGY, PITCH, RADIUS, SPEED, figures_of, follow_each
 from example_arguments import Parser, folder, length
 from matplotlib.colors import LogNorm
+from scipy.interpolate import RegularGridInterpolator
 
 import sampler
 import tablegen
@@ -34,6 +35,7 @@ LOOKS = {
     "table": ("#e08a00", "s", "--"),
     "compact table": ("#c44e00", "D", ":"),
     "table without spin": ("#0072b2", "^", "--"),
+    "means of the table": ("#d62728", "P", "-."),
     "Grant & Tabakoff": ("#009e73", "v", "-."),
     "Forder": ("#56b4e9", ">", "-."),
     "e = 0.3, μ = 0.3": ("#cc79a7", "<", "-."),
@@ -83,6 +85,29 @@ def mean_law(e_n, e_t):
         angle = np.arcsin(np.minimum(into / np.linalg.norm(velocity, axis=1)[:, None], 1.0))
         n, t = (np.clip(np.polynomial.Polynomial(c)(angle), 0.0, 1.0) for c in (e_n, e_t))
         return t * (velocity + into * normal) + n * into * normal, omega, moment
+
+    return law
+
+
+def table_mean_law(table):
+    """Make a law of the means of a table at first impacts, without scatter; spins stay.
+
+    It is the control of the laws of means: these grains and this wall, but no scatter.
+    """
+    (low, high), speeds = np.radians(table.covered.alpha_deg), table.speed_nodes
+    angles = np.linspace(low, high, 180)
+    means = table.mean(*np.meshgrid(angles, speeds, indexing="ij"))[..., :2]  # u and v over V
+    at = RegularGridInterpolator((angles, np.log(speeds)), means)
+
+    def law(velocity, normal, diameter, omega, moment, **keys):
+        into = -(velocity * normal).sum(axis=1)[:, None]
+        along = velocity + into * normal
+        speed = np.linalg.norm(velocity, axis=1)
+        sliding = np.linalg.norm(along, axis=1)
+        alpha = np.clip(np.arctan2(into[:, 0], sliding), low, high)
+        u, v = at((alpha, np.log(np.clip(speed, speeds[0], speeds[-1])))).T * speed
+        tangent = along / np.maximum(sliding, 1e-30)[:, None]
+        return u[:, None] * tangent + v[:, None] * normal, omega, moment
 
     return law
 
@@ -188,6 +213,7 @@ def main(arguments=None):
     config = tablegen.parse_config(table.config, "--table")
     laws = model_laws(table, config)
     laws["compact table"] = table_law(sampler.load("corundum-steel-compact"))
+    laws["means of the table"] = table_mean_law(table)
     laws |= {name: mean_law(*polynomials) for name, polynomials in MEANS.items()}
     sizes = 1e-6 * np.array(args.sizes)
     laws = {name: laws[name] for name in LOOKS}

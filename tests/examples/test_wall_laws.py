@@ -94,3 +94,17 @@ def test_cost_of_walls_is_that_of_equal_draws(table, tmp_path, capsys):
     wall_cost.main(["--grains", "100", "--figure", str(tmp_path / "cost.png")])
     assert "| table, one by one | " in capsys.readouterr().out
     assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_means_of_the_table_are_those_of_its_draws():
+    table, (low, high) = sampler.load("corundum-steel"), (0.4, 1.2)
+    rng, n = np.random.default_rng(1), 200_000
+    angle, index = rng.uniform(low, high, n), np.arange(n)
+    velocity = 90.0 * np.column_stack([np.cos(angle), -np.sin(angle), 0.0 * angle])
+    normal = np.tile([0.0, 1.0, 0.0], (n, 1))
+    mean, omega, moment = wall_laws.table_mean_law(table)(velocity, normal, 1e-5, None, None)
+    drawn = table.rebound(velocity, normal, 1e-5, grain="fresh", seed=1, index=index, hit=0)
+    assert (omega, moment) == (None, None)
+    np.testing.assert_allclose(mean.mean(axis=0), drawn.velocity.mean(axis=0), atol=0.3)
+    # no scatter: the law is a smooth function of the angle
+    assert np.abs(np.diff(mean[np.argsort(angle)], axis=0)).max() < 0.1

@@ -111,8 +111,9 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_SPIN, "the spin lies outside the table, or the grain cannot have this"
          " inertia, and the nearest value was used"},
         {RBT_EXTRAPOLATED, "the material pair was not measured at this speed"},
-        {RBT_ERR_MISSING, "the table or a required array is missing (NULL, or a handle of"
-         " 0)"},
+        {RBT_ERR_MISSING, "the table (NULL, or a handle of 0) or a required array is "
+         "missing: a rebound needs velocity, normal, half_size, index "
+         "and hit, a draw needs alpha1, speed, index and hit"},
         {RBT_ERR_NOT_FINITE, "an argument, or the square of a speed or a spin, is NaN or "
          "infinite; or an inertia is negative"},
         {RBT_ERR_NOT_APPROACHING, "the particle moves away from the wall, or alpha1 is not above "
