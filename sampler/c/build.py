@@ -6,8 +6,8 @@
 what people read is many; `library.c` adds what Python alone needs. The compiler is that of the
 variable CC, else gcc, clang or cc, else the one of the ``ziglang`` wheel; flags of the variable
 CFLAGS come last. No Python headers are needed. The hot loops are compiled for several levels of
-x86-64 where the compiler can do that, and the loader takes the one for the processor; bits do not
-depend on it. The zig compiler brings sines, logarithms and the like
+x86-64 where the compiler can do that, and the one for the processor is taken; bits do not depend
+on it. The zig compiler brings sines, logarithms and the like
 of its own, which move last digits of rebounds from rough walls and of exactly normal impacts.
 """
 

@@ -417,9 +417,9 @@ RBTI_INLINE void rbti_take_conditions(const rbt_table *table, const rbt_conditio
 }
 
 /* Draw a block of rows and fill their codes. If `states` is NULL only the codes are written. */
-RBTI_BATCH_CLONES
-static void rbti_draw_nodes(const rbt_table *table, const rbt_conditions *conditions, size_t first,
-                            size_t count, uint64_t seed, int variables, double *states, int *codes)
+RBTI_INLINE void rbti_draw_nodes_body(const rbt_table *table, const rbt_conditions *conditions,
+                                      size_t first, size_t count, uint64_t seed, int variables,
+                                      double *states, int *codes)
 {
     rbti_draws draws RBTI_ALIGNED;
     const uint64_t *index = conditions->index + first;
@@ -430,5 +430,24 @@ static void rbti_draw_nodes(const rbt_table *table, const rbt_conditions *condit
     rbti_take_steps(RBTI_BLOCK, table, table->n_channels, seed, index, hit, count, variables, &draws,
                     states);
 }
+
+#define RBTI_NODES_PARAMETERS                                                                      \
+    (const rbt_table *table, const rbt_conditions *conditions, size_t first, size_t count,         \
+     uint64_t seed, int variables, double *states, int *codes)
+#define RBTI_NODES_ARGUMENTS (table, conditions, first, count, seed, variables, states, codes)
+#ifdef RBTI_NO_VERSIONS
+RBTI_BLOCK_VERSION(rbti_draw_nodes, , "", RBTI_NODES_PARAMETERS, RBTI_NODES_ARGUMENTS)
+#else
+RBTI_BLOCK_VERSION(rbti_draw_nodes, _avx2, "avx2", RBTI_NODES_PARAMETERS, RBTI_NODES_ARGUMENTS)
+RBTI_BLOCK_VERSION(rbti_draw_nodes, _avx512, "arch=x86-64-v4", RBTI_NODES_PARAMETERS,
+                   RBTI_NODES_ARGUMENTS)
+RBTI_INLINE void rbti_draw_nodes RBTI_NODES_PARAMETERS
+{
+    if (__builtin_cpu_supports("x86-64-v4"))
+        rbti_draw_nodes_avx512 RBTI_NODES_ARGUMENTS;
+    else
+        rbti_draw_nodes_avx2 RBTI_NODES_ARGUMENTS;
+}
+#endif
 
 #endif

@@ -108,19 +108,25 @@ extern "C" {
 #define RBTI_ONCE_ON_HOST RBTI_NOT_INLINED
 #endif
 
-/* Compile versions of a function for processors with wide vectors. The loader takes the version for the
-   processor at hand, whatever flags the program is compiled with; batches then take half the time. Only
-   batches of first impacts gain from AVX-512. */
+/* Versions of a function for processors with wide vectors, whatever flags the program is compiled with:
+   batches then take half the time. RBTI_CLONES declares a function of which the loader takes the version.
+   RBTI_BLOCK_VERSION declares one that draws a block of rows by the function NAME_body; without AVX2, rows
+   are drawn one by one. Only first impacts gain from AVX-512. */
 #if !defined(RBT_NO_CLONES) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) &&  \
     !defined(RBTI_GPU) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #if defined(__clang__) ? __clang_major__ >= 18 : defined(__GNUC__) && __GNUC__ >= 12
-#define RBTI_BATCH_CLONES __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
 #define RBTI_CLONES static __attribute__((target_clones("avx2", "default"))) /* never inlined */
+#define RBTI_BLOCK_VERSION(NAME, END, LEVEL, PARAMETERS, ARGUMENTS)                                \
+    static __attribute__((target(LEVEL))) void NAME##END PARAMETERS { NAME##_body ARGUMENTS; }
+#define RBTI_DRAWS_BLOCKS() __builtin_cpu_supports("avx2")
 #endif
 #endif
 #ifndef RBTI_CLONES
-#define RBTI_BATCH_CLONES
 #define RBTI_CLONES RBTI_NOT_INLINED
+#define RBTI_BLOCK_VERSION(NAME, END, LEVEL, PARAMETERS, ARGUMENTS)                                \
+    RBTI_NOT_INLINED void NAME##END PARAMETERS { NAME##_body ARGUMENTS; }
+#define RBTI_DRAWS_BLOCKS() 1
+#define RBTI_NO_VERSIONS 1
 #endif
 
 #if defined(__GNUC__) && !defined(RBTI_GPU)

@@ -115,7 +115,7 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_rows(const rbt_table *table, const rbt_con
     const int spins = conditions->spin || conditions->grain;
     const int law = rbti_law_of(table, spins), known = !spins || table->population.n_shapes > 0;
     double *inertia_after = states ? conditions->inertia_after : NULL;
-    if (count >= RBTI_FEWEST_IN_BLOCK && law != RBTI_SPHERE && known) {
+    if (count >= RBTI_FEWEST_IN_BLOCK && law != RBTI_SPHERE && known && RBTI_DRAWS_BLOCKS()) {
         if (spins)
             rbti_draw_spins(table, conditions, first, count, seed, grain_seed, variables, states,
                             codes);

@@ -93,9 +93,10 @@ RBTI_INLINE int rbti_take_spin_conditions(const rbt_table *table, const rbt_cond
 }
 
 /* Draw a block of rows and fill their codes. If `states` is NULL only the codes are written. */
-RBTI_CLONES void rbti_draw_spins(const rbt_table *table, const rbt_conditions *conditions,
-                                 size_t first, size_t count, uint64_t seed, uint64_t grain_seed,
-                                 int variables, double *states, int *codes)
+RBTI_INLINE void rbti_draw_spins_body(const rbt_table *table, const rbt_conditions *conditions,
+                                      size_t first, size_t count, uint64_t seed,
+                                      uint64_t grain_seed, int variables, double *states,
+                                      int *codes)
 {
     const rbti_grains grains = {rbti_vector_of(conditions->grain, first), grain_seed,
                                 conditions->fresh};
@@ -108,6 +109,12 @@ RBTI_CLONES void rbti_draw_spins(const rbt_table *table, const rbt_conditions *c
     for (size_t r = 0; r < count; r++)
         codes[r] = bad && errors[r] < RBT_OK ? errors[r] : flags[r];
 }
+
+RBTI_BLOCK_VERSION(rbti_draw_spins, , "avx2",
+                   (const rbt_table *table, const rbt_conditions *conditions, size_t first,
+                    size_t count, uint64_t seed, uint64_t grain_seed, int variables, double *states,
+                    int *codes),
+                   (table, conditions, first, count, seed, grain_seed, variables, states, codes))
 
 #endif
 
