@@ -1,5 +1,6 @@
 """First hits in flow codes: conditions, states, and distances to direct simulation."""
 
+import subprocess
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -9,6 +10,8 @@ import sampler
 from sampler.formats.image import write_binary_table
 from tablegen import load_config, simulate
 from tablegen.accuracy.metrics import correlations, ks_distances
+from tablegen.simulation.direct_law import DirectParts
+from tablegen.simulation.exported_law import OBJECT, Target, direct_files
 
 #: Impact angles [rad] and speeds [m/s] relative to the wall.
 CONDITIONS = tuple(
@@ -96,6 +99,25 @@ def unfit_tables(path, contents):
     datasets = {path: x for path, x in contents.datasets.items() if not path.startswith("spin")}
     write_binary_table(tables["plain"], replace(contents, datasets=datasets))
     return tables
+
+
+def direct_libraries(folder):
+    """Build shared libraries with direct simulation: one that goes with the table, and others.
+
+    These are of another pair, of another version of the header, and missing.
+    """
+    fits = DirectParts.from_config(load_config("corundum-steel"))
+    parts = {
+        "fits": fits,
+        "other-pair": fits._replace(pair="other"),
+        "other-version": fits._replace(numbers=fits.numbers | {"version": 0}),
+    }
+    libraries = {name: folder / f"{name}.so" for name in (*parts, "missing")}
+    for name, part in parts.items():
+        (folder / OBJECT).write_bytes(direct_files(part, Target.of_this_machine())[OBJECT])
+        command = ["gcc", "-shared", folder / OBJECT, "-lm", "-o", libraries[name]]
+        subprocess.run(command, check=True)
+    return libraries
 
 
 def check_bins(recorded, face, alpha, speed, most):

@@ -15,6 +15,8 @@ import saturne_wall
 import sampler
 from sampler.files import find_table
 from sampler.formats.hdf5 import read_table
+from tablegen import load_config
+from tablegen.simulation.direct import silent_model
 
 pytestmark = pytest.mark.study
 
@@ -77,6 +79,36 @@ def test_every_wall_counts_and_the_spin_is_kept(table, first):
     # without the spins at the walls they would end otherwise
     *after, _ = box_run.replay(table, started._replace(index=started.index + 1), 0.02)
     assert share_off(ended, *after) > 0.3
+
+
+@pytest.fixture(scope="module")
+def libraries(tmp_path_factory):
+    return first_hits.direct_libraries(tmp_path_factory.mktemp("direct"))
+
+
+def test_direct_simulation_is_that_of_the_model(work, libraries, tmp_path):
+    given = {"step": STEP, "particles": COUNT}
+    given["text"] = saturne_run.settings(direct=libraries["fits"])
+    folder = saturne_run.run(work, tmp_path / "direct", 100, **given)
+    model = silent_model(load_config("corundum-steel"))
+    assert check(model, *particles(folder), 100 * STEP).max() > 4
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("missing", "missing.so: cannot open shared object file: No such file or directory; run: "),
+        ("other-pair", "other-pair.so: the object of direct simulation is of another material"),
+        ("other-version", "other-version.so: the object of direct simulation was made for another"),
+    ],
+)
+def test_a_library_that_does_not_go_with_the_table_is_refused(
+    work, libraries, name, message, tmp_path
+):
+    text = saturne_run.settings(direct=libraries[name])
+    with pytest.raises(saturne_run.SaturneError) as refusal:
+        saturne_run.run(work, tmp_path / "run", 1, step=STEP, particles=10, text=text)
+    assert f"rebound_wall.cfg: direct: {libraries[name].parent}/{message}" in str(refusal.value)
 
 
 def test_several_walls_in_one_time_step(work, table, tmp_path):

@@ -151,6 +151,15 @@ def test_other_languages_have_the_bits_of_the_model(compiler, objects, tmp_path)
     np.testing.assert_array_equal(results, hits_in_python("each shape", given)[0])
 
 
+def test_floating_point_traps_end_no_call(objects, tmp_path):
+    """As in test_calls.py; the kernel by itself divides by zero."""
+    folder, common = objects("each shape"), tmp_path / "traps.o"
+    flags = ["-O2", "-DDIRECT", f"-I{folder}", "-c"]
+    toolchain.compile_with("gcc", [*flags, HERE / "traps.c"], common)
+    toolchain.compile_with("gcc", [common, folder / OBJECT, "-lm"], tmp_path / "traps")
+    assert int(toolchain.run(tmp_path / "traps", TABLE)) > 5000
+
+
 def test_the_program_needs_no_python(built):
     linked = subprocess.run(["ldd", built("each shape")], capture_output=True, text=True).stdout
     names = {line.split()[0].split(".")[0] for line in linked.splitlines()}

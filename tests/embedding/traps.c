@@ -1,11 +1,16 @@
 /* Every function with arguments that its documentation allows, while floating-point exceptions end the
    program, as flow codes let them: invalid operations, divisions by zero, overflows.
 
-       traps TABLE.rbt   prints the number of calls */
+       traps TABLE.rbt   prints the number of calls
+
+   Compiled with DIRECT, the table uses direct simulation. */
 
 #define _GNU_SOURCE
 #define REBOUND_SAMPLER_IMPLEMENTATION
 #include "rebound_sampler.h"
+#ifdef DIRECT
+#include "rebound_direct.h"
+#endif
 
 #include <fenv.h>
 #include <stdio.h>
@@ -175,6 +180,10 @@ int main(int argc, char **argv)
     rbt_range range;
     if (argc != 2 || rbt_open(argv[1], &table) != RBT_OK)
         return 1;
+#ifdef DIRECT
+    if (rbt_use_direct(table, &rebound_direct) != RBT_OK)
+        return 1;
+#endif
     feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW);
     count(rbt_covered(table, &range));
     rbt_highest_speed(table);

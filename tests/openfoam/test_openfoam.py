@@ -19,6 +19,7 @@ from sampler.files import find_table
 from sampler.formats.hdf5 import read_table
 from sampler.formats.image import write_binary_table
 from tablegen import load_config
+from tablegen.simulation.direct import silent_model
 from tablegen.tables.prune import pruned
 
 pytestmark = [pytest.mark.study, pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")]
@@ -102,6 +103,40 @@ def test_every_wall_counts_and_the_spin_is_kept(work, table, started, cloud, pro
     counts = last_counts(log)
     assert counts[:2] == [fields["hits"].sum(), 0]
     np.testing.assert_allclose(counts[2:], flagged, rtol=FEW, atol=1)
+
+
+@pytest.fixture(scope="module")
+def libraries(tmp_path_factory):
+    return first_hits.direct_libraries(tmp_path_factory.mktemp("direct"))
+
+
+@both_clouds
+def test_direct_simulation_is_that_of_the_model(work, libraries, started, cloud, tmp_path):
+    *after, hits = shots.replay(silent_model(load_config("corundum-steel")), started, END)
+    edits = [LONG, with_entries(f'directFile "{libraries["fits"].as_posix()}";')]
+    case = {"edits": edits, "end": f"{END}"}
+    fields, log = shots.run_shots(work, tmp_path / "case", started, cloud, **case)
+    assert hits.max() > 5
+    assert np.mean(fields["hits"] != hits) <= FEW
+    assert share_off(fields, *after) <= FEW
+    assert last_counts(log)[0] == fields["hits"].sum()
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("missing", "missing.so: cannot open shared object file: No such file or directory; run: "),
+        ("other-pair", "other-pair.so: the object of direct simulation is of another material"),
+        ("other-version", "other-version.so: the object of direct simulation was made for another"),
+    ],
+)
+def test_a_library_that_does_not_go_with_the_table_is_refused(
+    work, libraries, started, name, message, tmp_path
+):
+    edits = [LONG, with_entries(f'directFile "{libraries[name].as_posix()}";')]
+    with pytest.raises(foam_run.FoamError, match="FOAM FATAL IO ERROR") as refusal:
+        shots.run_shots(work, tmp_path / "case", started, edits=edits, end=f"{END}")
+    assert f"directFile: {libraries[name].parent.as_posix()}/{message}" in str(refusal.value)
 
 
 @both_clouds

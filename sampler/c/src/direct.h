@@ -3,7 +3,9 @@
    States over V and a/V, in the frame of the impact, by a simulation of the rebound. The law
    (rbt_direct_law) takes conditions within its range, so angles, speeds and spins beyond it are brought to
    the nearest that it simulates, with a flag. A call simulates up to RBT_DIRECT_ROWS rows at once, since
-   the law follows particles of one shape side by side. */
+   the law follows particles of one shape side by side. Arithmetic of particles that have left the wall goes
+   on beside the others and may overflow or be invalid, so the program's traps of floating-point exceptions
+   are off meanwhile. */
 
 #ifdef RBTI_DIRECT
 
@@ -72,6 +74,7 @@ RBTI_NOT_INLINED void rbti_simulate_rows(const rbt_table *table, const rbt_condi
     double alpha1[RBT_DIRECT_ROWS], speed[RBT_DIRECT_ROWS], inertia[RBT_DIRECT_ROWS];
     double spin[3 * RBT_DIRECT_ROWS], grain[3 * RBT_DIRECT_ROWS];
     int32_t ends[RBT_DIRECT_ROWS];
+    fenv_t traps;
     for (size_t r = 0; r < count; r += RBTI_BLOCK) {
         const size_t k = first + r;
         const rbti_grains grains = {rbti_vector_of(conditions->grain, k), grain_seed,
@@ -101,8 +104,10 @@ RBTI_NOT_INLINED void rbti_simulate_rows(const rbt_table *table, const rbt_condi
     }
     if (!values)
         return;
+    feholdexcept(&traps);
     law->simulate(law->reals, law->integers, (int64_t)count, alpha1, speed, spin, inertia, grain,
                   conditions->index + first, conditions->hit + first, seed, values, ends);
+    fesetenv(&traps);
     for (size_t r = 0; r < count; r++) {
         double *row = values + RBT_DIRECT_VALUES * r;
         codes[r] = codes[r] >= RBT_OK && ends[r] < RBT_OK ? ends[r] : codes[r];

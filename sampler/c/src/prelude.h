@@ -40,6 +40,7 @@
 #define REBOUND_SAMPLER_IMPLEMENTED
 
 #ifndef RBT_DEVICE_ONLY
+#include <fenv.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>

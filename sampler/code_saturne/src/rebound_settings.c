@@ -4,6 +4,7 @@
    file and the setting. It says what the value is and what is allowed, or what is wrong and what to do.
    Part of rebound-tables; MIT licence. */
 
+#include <dlfcn.h>
 #include <errno.h>
 #include <float.h>
 #include <stddef.h>
@@ -101,6 +102,10 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
 {
     if (strcmp(name, "table") == 0) {
         snprintf(settings->table, sizeof settings->table, "%s", value);
+    } else if (strcmp(name, "direct") == 0) {
+        /* a name alone would be looked for among the libraries of the system */
+        snprintf(settings->direct, sizeof settings->direct, "%s%s", strchr(value, '/') ? "" : "./",
+                 value);
     } else if (strcmp(name, "seed") == 0) {
         settings->seed = read_seed(value);
         *has_seed = 1;
@@ -115,9 +120,10 @@ static void take(rebound_settings_t *settings, int *has_seed, const char *name, 
     } else if (strcmp(name, "isotropic") == 0) {
         settings->isotropic = read_choice(name, value, "no", "yes");
     } else if (!take_number(settings, name, value)) {
-        refuse_setting(name, "no setting has this name; the names are table, seed, spin, out_of_range, "
-                             "half_size, gas_torque, deposit_speed, deposit_diameter, face_sums, "
-                             "face_histograms, histogram_speed, tilt_deg, isotropic, Ra, Rq, RSm");
+        refuse_setting(name, "no setting has this name; the names are table, direct, seed, spin, "
+                             "out_of_range, half_size, gas_torque, deposit_speed, deposit_diameter, "
+                             "face_sums, face_histograms, histogram_speed, tilt_deg, isotropic, Ra, Rq, "
+                             "RSm");
     }
 }
 
@@ -143,6 +149,21 @@ static void read_file(rebound_settings_t *settings)
         refuse_setting("table", "the setting is missing; give a file that `sampler export` wrote");
     if (!has_seed)
         refuse_setting("seed", "the setting is missing; give a number from 0 to 18446744073709551615");
+}
+
+/* Let the table simulate, by the law in a shared library, which stays open. */
+static void use_direct(rbt_table *table, const char *path)
+{
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    const void *law = library != NULL ? dlsym(library, "rebound_direct") : NULL;
+    if (law == NULL)
+        bft_error(__FILE__, __LINE__, 0, "%s: direct: %s; run: tablegen export-direct PAIR --output DIR, "
+                  "and in DIR: gcc -shared rebound_direct.o -lm -o rebound_direct.so",
+                  REBOUND_SETTINGS_FILE, dlerror());
+    const int code = rbt_use_direct(table, law);
+    if (code < RBT_OK)
+        bft_error(__FILE__, __LINE__, 0, "%s: direct: %s: %s", REBOUND_SETTINGS_FILE, path,
+                  rbt_strerror(code));
 }
 
 /* Fill the settings that were not given from the table, and refuse those that the table cannot fulfil. */
@@ -204,6 +225,8 @@ struct rbt_table *rebound_settings_read(rebound_settings_t *settings)
     if (code < RBT_OK)
         bft_error(__FILE__, __LINE__, 0, "%s: table: %s: %s; give a file that `sampler export` wrote",
                   REBOUND_SETTINGS_FILE, settings->table, rbt_strerror(code));
+    if (settings->direct[0] != '\0')
+        use_direct(table, settings->direct);
     check_table(settings, table);
     return table;
 }

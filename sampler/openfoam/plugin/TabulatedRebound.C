@@ -5,6 +5,16 @@
 // * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * * //
 
 template<class CloudType>
+Foam::fileName Foam::TabulatedRebound<CloudType>::inCase(fileName path) const
+{
+    path.expand();
+
+    // Relative to the whole case, and not to the part of it that one processor has
+    return path.empty() || path.isAbsolute() ? path : this->mesh().time().globalPath()/path;
+}
+
+
+template<class CloudType>
 void Foam::TabulatedRebound<CloudType>::checkVariables()
 {
     const bool plane = this->mesh().nGeometricD() < 3;
@@ -323,16 +333,10 @@ Foam::TabulatedRebound<CloudType>::TabulatedRebound(const dictionary& dict, Clou
     grains_.seed = seed;
     refuseOutside_ = (outside == "error");
 
-    fileName path(rebound::required<fileName>(coeffs, "tableFile"));
-    path.expand();
+    const fileName table(rebound::required<fileName>(coeffs, "tableFile"));
+    const fileName direct(coeffs.template lookupOrDefault<fileName>("directFile", fileName()));
 
-    if (!path.isAbsolute())
-    {
-        // Relative to the whole case, and not to the part of it that one processor has
-        path = this->mesh().time().globalPath()/path;
-    }
-
-    grains_.table = rebound::openTable(path, coeffs);
+    grains_.table = rebound::openTable(inCase(table), inCase(direct), coeffs);
     hasSpinLaw_ = rbt_has_spin_law(grains_.table.get());
 
     checkVariables();

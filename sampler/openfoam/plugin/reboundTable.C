@@ -7,12 +7,39 @@
 #include "mathematicalConstants.H"
 #include "stringOps.H"
 
+#include <dlfcn.h>
+
 static_assert(sizeof(Foam::scalar) == sizeof(double), "draws are in double precision");
+
+
+namespace
+{
+
+//- Let a table simulate, by the law in a shared library. The law must outlive all copies of the table,
+//  so the library stays open
+void useDirect(rbt_table* table, const Foam::fileName& path, const Foam::dictionary& coeffs)
+{
+    void* const library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    const void* const law = library ? dlsym(library, "rebound_direct") : nullptr;
+    const char* const problem = law ? "" : dlerror();
+
+    Foam::rebound::need(law, coeffs, "directFile", Foam::string(problem)
+      + "; run: tablegen export-direct PAIR --output DIR, "
+        "and in DIR: gcc -shared rebound_direct.o -lm -o rebound_direct.so");
+
+    const int code = rbt_use_direct(table, static_cast<const rbt_direct_law*>(law));
+
+    Foam::rebound::need(code == RBT_OK, coeffs, "directFile",
+        Foam::string(path) + ": " + rbt_strerror(code));
+}
+
+} // End anonymous namespace
 
 
 std::shared_ptr<const rbt_table> Foam::rebound::openTable
 (
     const fileName& path,
+    const fileName& direct,
     const dictionary& coeffs
 )
 {
@@ -21,6 +48,8 @@ std::shared_ptr<const rbt_table> Foam::rebound::openTable
 
     need(code >= 0, coeffs, "tableFile",
         string(path) + ": " + rbt_strerror(code) + "; give a file that `sampler export` wrote");
+
+    if (!direct.empty()) useDirect(table, direct, coeffs);
 
     return std::shared_ptr<const rbt_table>(table, rbt_close);
 }

@@ -2,6 +2,7 @@
 
 import pickle
 
+import numba
 import numpy as np
 import pytest
 from crowds import CROWD
@@ -9,6 +10,7 @@ from refusals import refused
 from scipy.spatial.transform import Rotation
 
 import sampler
+import sampler.numba
 import tablegen
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
@@ -341,3 +343,49 @@ def test_works_balance_the_energy_of_spinning_particles(resistance):
     np.testing.assert_allclose(works.sum(axis=1), lost, rtol=0, atol=1e-12 * before.max())
     assert (works >= 0.0).all()
     assert (works.min(axis=0) < 0.05 * (velocity**2).sum(axis=1).max()).all()
+
+
+@numba.njit(nogil=True)
+def _states_in_numba(handle, alpha1, speed, spin, inertia, out):
+    for k in range(len(out)):
+        turning = spin[k, 0], spin[k, 1], spin[k, 2]
+        given = turning, inertia[k], None, k, 2, None, False, 7
+        code = sampler.numba.sample(handle, alpha1[k], speed[k], *given, out[k])
+        if code < 0:
+            return code
+    return 0
+
+
+@numba.njit(nogil=True)
+def _rebounds_in_numba(handle, velocity, normal, omega, roughness, out):
+    for k in range(len(out)):
+        v = velocity[k, 0], velocity[k, 1], velocity[k, 2]
+        n = normal[k, 0], normal[k, 1], normal[k, 2]
+        turning = omega[k, 0], omega[k, 1], omega[k, 2]
+        others = None, turning, 0.0, roughness, None, k, 2, False, False, 7
+        code = sampler.numba.rebound(handle, v, n, 1e-5, *others, out[k])
+        if code < 0:
+            return code
+    return 0
+
+
+class TestCompiledCode:
+    """`model.handle` serves functions that numba compiles."""
+
+    def test_states(self):
+        alpha, speed, spin = mixed_impacts(300)
+        inertia, out = np.full(300, 0.3), np.empty((300, 6))
+        assert _states_in_numba(MODEL.handle, alpha, speed, spin, inertia, out) == 0
+        given = {"spin": spin, "inertia": inertia, "index": np.arange(300), "hit": 2}
+        np.testing.assert_array_equal(out, MODEL.sample(alpha, speed, seed=7, **given))
+
+    @pytest.mark.parametrize("roughness", [0.0, 0.2])
+    def test_rebounds(self, roughness):
+        velocity, normal, omega = lab_impacts(300)
+        out, works = np.empty((300, 9)), np.empty((300, 2))
+        assert _rebounds_in_numba(MODEL.handle, velocity, normal, omega, roughness, out) == 0
+        given = {"omega": omega, "roughness": roughness or None, "works": works}
+        keys = {"seed": 7, "index": np.arange(300), "hit": 2}
+        after = MODEL.rebound(velocity, normal, 1e-5, **given, **keys)
+        expected = np.column_stack([after.velocity, after.omega, after.inertia, works])
+        np.testing.assert_array_equal(out, expected)
