@@ -60,7 +60,7 @@ struct rbt_face_hit;
 /* Values of rebound_wall.cfg. */
 typedef struct {
     char table[256];      /* file of `sampler export`; relative to the folder of the run */
-    char direct[256];     /* shared library with direct simulation; empty: none */
+    char direct[258];     /* shared library with direct simulation; empty: none */
     uint64_t seed;        /* of the random numbers */
     int spin;             /* whether particles keep their spin */
     int refuse_outside;   /* whether an impact outside the table ends the run */
