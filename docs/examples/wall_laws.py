@@ -35,11 +35,11 @@ LOOKS = {
     "table": ("#e08a00", "s", "--"),
     "compact table": ("#c44e00", "D", ":"),
     "table without spin": ("#0072b2", "^", "--"),
-    "means of the table": ("#d62728", "P", "-."),
     "Grant & Tabakoff": ("#009e73", "v", "-."),
     "Forder": ("#56b4e9", ">", "-."),
     "e = 0.3, μ = 0.3": ("#cc79a7", "<", "-."),
     "sphere": ("#777777", "x", "-."),
+    "means of the table": ("#d62728", "P", "-."),
 }
 
 
