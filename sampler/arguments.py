@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from sampler.errors import InputError, value_text
 from sampler.formats.bounds import SINGLE_ROUNDING
 from sampler.library import Rows
+from sampler.limits import Bounds
 
 Shape = tuple[int, ...]
 
@@ -127,14 +128,14 @@ def as_reals(name: str, values: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(_numeric(name, values, "fiu", "real numbers"), dtype=np.float64)
 
 
-def _check_each(
-    name: str, array: NDArray[np.float64], good: NDArray[np.bool_], allowed: str, *limits: float
-) -> None:
-    """Refuse the first number of an array that is not good."""
+def _check_each(name: str, array: NDArray[np.float64], bounds: Bounds, words: str = "") -> None:
+    """Refuse the first number of an array that is out of bounds; `words` for those of the error."""
+    good = bounds.hold(array)
     if not good.all():
         k = int(good.argmin())
         row = row_index(k, array.shape) if array.ndim else None
-        raise InputError(name, text_beside(float(array.flat[k]), *limits), allowed, row=row)
+        given = text_beside(float(array.flat[k]), bounds.high)
+        raise InputError(name, given, words or bounds.words, row=row)
 
 
 def as_reals_up_to(
@@ -142,8 +143,8 @@ def as_reals_up_to(
 ) -> NDArray[np.float64]:
     """Coerce real numbers from 0 to a largest one, or its rounding; raises `InputError`."""
     array = as_reals(name, values)
-    inside = (array >= 0.0) & (array <= high * (1.0 + SINGLE_ROUNDING))
-    _check_each(name, array, inside, f"0 to {high:g}{unit}", high)
+    rounded = Bounds(0.0, high * (1.0 + SINGLE_ROUNDING))
+    _check_each(name, array, rounded, Bounds(0.0, high, unit).words)
     return np.asarray(np.minimum(array, high))
 
 
@@ -151,14 +152,14 @@ def as_positive(name: str, values: ArrayLike, least: float = math.ulp(0.0)) -> N
     """Coerce finite real numbers, positive ones unless `least` is 0; raises `InputError`."""
     array = as_reals(name, values)
     allowed = "a finite number, 0 or more" if least == 0.0 else "a finite number above 0"
-    _check_each(name, array, (array >= least) & np.isfinite(array), allowed)
+    _check_each(name, array, Bounds(least, text=allowed))
     return array
 
 
 def as_finite(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Coerce finite real numbers, or vectors where the name is that of one."""
     array = as_rows_of(name, values)
-    _check_each(name, array, np.isfinite(array), "finite numbers")
+    _check_each(name, array, Bounds(text="finite numbers"))
     return array
 
 

@@ -15,6 +15,7 @@ from click.shell_completion import CompletionItem
 
 from sampler.errors import InputError, OutputError, printable
 from sampler.files import available, check_output, is_stream, parse_number
+from sampler.limits import Bounds
 from sampler.version import __version__
 
 #: Exit statuses: all is well, an accuracy was missed, bad input, any other failure, Ctrl-C, and no
@@ -294,13 +295,13 @@ class Named(click.ParamType):
 
 
 class Number(click.ParamType):
-    """Number from low to high; click's own ranges let NaN pass."""
+    """Number within bounds; click's own ranges let NaN pass."""
 
     name = "number"
     kind: type[float] | type[int] = float
 
-    def __init__(self, allowed: str, low: float, high: float = sys.float_info.max) -> None:
-        self.allowed, self.low, self.high = allowed, low, high
+    def __init__(self, allowed: Bounds) -> None:
+        self.allowed = allowed
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -310,8 +311,8 @@ class Number(click.ParamType):
             number = math.nan if math.isnan(parse_number(str(value))) else self.kind(value)
         except ValueError:  # 1e3 is no integer
             number = math.nan
-        if not self.low <= number <= self.high:
-            raise InputError(flag_of(param), repr(value), self.allowed)
+        if not self.allowed.low <= number <= self.allowed.high:
+            raise InputError(flag_of(param), repr(value), self.allowed.words)
         return number
 
 
@@ -322,7 +323,7 @@ class Integer(Number):
     kind = int
 
     def __init__(self, first: int, last: int) -> None:
-        super().__init__(f"a whole number from {first} to {last}", first, last)
+        super().__init__(Bounds(first, last, text=f"a whole number from {first} to {last}"))
 
 
 SEED = Integer(0, 2**64 - 1)
@@ -330,9 +331,9 @@ COUNT = Integer(1, 2**40)
 SAMPLES = Integer(1000, 10**9)
 THREADS = Integer(1, 4096)
 CONDITIONS = Integer(1, 10_000)
-ANGLE = Number("above 0 and up to 90", math.ulp(0.0), 90.0)
-COMPONENT = Number("a number from -1e6 to 1e6", -1e6, 1e6)
-POSITIVE = Number("a finite number above 0", math.ulp(0.0))
+ANGLE = Number(Bounds(math.ulp(0.0), 90.0, text="above 0 and up to 90"))
+COMPONENT = Number(Bounds(-1e6, 1e6))
+POSITIVE = Number(Bounds(math.ulp(0.0), text="a finite number above 0"))
 OUTPUT = OutputFile()
 INPUT = click.Path(path_type=Path)
 TABLE = Named(".h5")

@@ -20,6 +20,7 @@ from sampler.formats.bounds import (
     RESTITUTION_LAWS,
     ROUNDING,
 )
+from sampler.limits import Bounds
 
 Array = NDArray[Any]
 Finder = Callable[[Array, Mapping[str, Array]], TableError | None]
@@ -95,11 +96,12 @@ def symmetric_knots(low: float, high: float) -> Check:
 
 def within(low: float, high: float) -> Check:
     """Check for values in the closed interval [low, high]."""
+    bounds = Bounds(low, high)
 
     def problem(values: Array, _: Mapping[str, Array]) -> TableError | None:
-        return first_refused(values, (values < low) | (values > high), f"in [{low:g}, {high:g}]")
+        return first_refused(values, ~bounds.hold(values), bounds.words)
 
-    return Check(f"{low:g} to {high:g}", problem)
+    return Check(bounds.words, problem)
 
 
 def _bodies(values: Array, _: Mapping[str, Array]) -> TableError | None:

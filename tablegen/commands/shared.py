@@ -8,6 +8,7 @@ import click
 
 from sampler import options
 from sampler.errors import InputError
+from sampler.limits import Bounds
 from sampler.options import Named, Number
 from tablegen.config.defaults import VALIDATE_CONDITIONS
 from tablegen.model import model_bounds as bounds
@@ -24,15 +25,11 @@ PICTURE_ENDINGS = (".png", ".pdf", ".svg")
 Decorator = Callable[[Any], Any]
 
 
-def _within(allowed: bounds.Bounds) -> Number:
-    return Number(allowed.words, allowed.low, allowed.high)
-
-
-ANGLE = _within(bounds.ALPHA_DEG)
-SPEED = _within(bounds.SPEED)
-RATIO = _within(bounds.ASPECT)
-SPIN = _within(bounds.SPIN)
-INERTIA = _within(bounds.INERTIA)
+ANGLE = Number(bounds.ALPHA_DEG)
+SPEED = Number(bounds.SPEED)
+RATIO = Number(bounds.ASPECT)
+SPIN = Number(bounds.SPIN)
+INERTIA = Number(bounds.INERTIA)
 
 
 def count(default: int, text: str, kind: Any = options.COUNT) -> Decorator:
@@ -63,7 +60,7 @@ def wall_tilt(text: str) -> Decorator:
     return click.option(
         "--wall-tilt",
         "wall_tilt_deg",
-        type=options.Number("0 to 28.6 degrees", 0.0, 28.6),
+        type=options.Number(Bounds(0.0, 28.6, " degrees")),
         default=0.0,
         show_default=True,
         metavar="DEG",

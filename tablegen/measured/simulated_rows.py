@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from sampler.arguments import MAX_ROUGHNESS, as_integer
+from sampler.limits import Bounds
 from tablegen.config.config import Config
 from tablegen.measured.moments import SimulatedMoments, mixed_moments, variables_of
 from tablegen.model.float_array import FloatArray
-from tablegen.model.model_bounds import HALF_SIZE, Bounds
+from tablegen.model.model_bounds import HALF_SIZE
 from tablegen.parallel import in_threads
 from tablegen.progress import bar
 from tablegen.simulation.direct import silent_model

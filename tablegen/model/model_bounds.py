@@ -5,66 +5,7 @@ corners. Outside, the time of a rebound or its rounding errors grow without limi
 apply in files, flags and functions.
 """
 
-import math
-from contextlib import suppress
-from dataclasses import dataclass
-from numbers import Real
-from typing import Any
-
-from sampler.errors import InputError, value_text
-
-
-@dataclass(frozen=True)
-class Bounds:
-    """Closed range of a quantity."""
-
-    low: float
-    high: float
-    unit: str = ""
-
-    @property
-    def field(self) -> dict[str, float]:
-        """Both ends, as pydantic names them."""
-        return {"ge": self.low, "le": self.high}
-
-    @property
-    def words(self) -> str:
-        """What is allowed, for messages and help pages."""
-        return f"{self.low:g} to {self.high:g}{self.unit}"
-
-    def checked(self, name: str, value: Any) -> float:
-        """Return the value of an argument as a float; raise `InputError` if it is out of range.
-
-        True, False, texts and arrays are not numbers.
-        """
-        number = as_number(value)
-        if not self.low <= number <= self.high:  # not a NaN either
-            raise self.refusal(name, value)
-        return number
-
-    def refusal(self, name: str, value: Any) -> InputError:
-        """Error for a value that is no number of the range."""
-        unit = self.unit if math.isfinite(as_number(value)) else ""
-        return InputError(name, f"{argument_text(value)}{unit}", self.words)
-
-
-def as_number(value: Any) -> float:
-    """Convert a value to a float; NaN if it is not a number, or too large."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        return math.nan
-    try:
-        return float(value)
-    except OverflowError:
-        return math.nan
-
-
-def argument_text(value: Any) -> str:
-    """Write the value of an argument: a number in 12 digits, anything else as Python does."""
-    if isinstance(value, Real) and not isinstance(value, bool):
-        with suppress(OverflowError):
-            return f"{float(value):.12g}"
-    return value_text(value)
-
+from sampler.limits import Bounds
 
 #: Ratios b/a and c/b.
 ASPECT = Bounds(1e-3, 1.0)

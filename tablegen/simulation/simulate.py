@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from sampler.arguments import as_integer
 from sampler.errors import OK, InputError
 from sampler.library import Rows, grains, processors
+from sampler.limits import argument_text, as_number
 from tablegen.config.config import Config, ModelSettings
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
@@ -87,7 +88,7 @@ class ImpactCondition(NamedTuple):
 def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
     """Return an impact angle [rad], at most pi / 2; raise `InputError` if it is out of bounds."""
     low, high = bounds.ALPHA_DEG.low, bounds.ALPHA_DEG.high
-    degrees = math.degrees(bounds.as_number(alpha1))
+    degrees = math.degrees(as_number(alpha1))
     if low * (1.0 - _ROUNDING) <= degrees <= high * (1.0 + _ROUNDING):
         return min(float(alpha1), np.pi / 2)
     raise bounds.ALPHA_DEG.refusal(name, alpha1 if math.isnan(degrees) else degrees)
@@ -96,7 +97,7 @@ def check_impact_angle(alpha1: float, name: str = "alpha1") -> float:
 def _check_spin(spin: Sequence[float], alpha1: float) -> tuple[float, float, float]:
     """Return the spin before an impact; raise `InputError` if it is out of bounds."""
     if np.shape(spin) != (3,):
-        raise InputError("spin", bounds.argument_text(spin), "three numbers")
+        raise InputError("spin", argument_text(spin), "three numbers")
     x, y, z = (bounds.SPIN.checked("spin", part) for part in spin)
     size, most = math.hypot(x, y, z), 0.5 * bounds.MOST_TURNED * math.sin(alpha1)
     if size > most:
