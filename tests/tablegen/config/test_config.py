@@ -154,7 +154,7 @@ class TestDomain:
 class TestUnusableFiles:
     def test_syntax_error_says_where(self):
         line = line_about(PAIR_TEXT.replace("coefficient = 0.1", "coefficient ="))
-        assert "at line 25, column" in line
+        assert "at line 26, column" in line
 
     def test_tables_in_tables_end(self):
         assert "recursion" in line_about(".".join(["a"] * 3000) + " = 1")
