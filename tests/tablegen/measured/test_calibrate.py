@@ -54,7 +54,7 @@ def test_a_given_form_finds_its_numbers_again_and_says_how_it_was_made(tmp_path,
     faster = tuple(replace(one, speed=200.0) for one in numbers if one.column == "e_n")
     at_two_speeds = replace(calibration.chosen, numbers=(*numbers, *faster))
     picture = fit_picture(replace(calibration, chosen=at_two_speeds), "fit.svg")
-    assert b"simulated, 200 m/s" in picture.data
+    assert b"simulated, 200 m/s" in picture
 
 
 def test_grains_are_tried_and_the_spreads_choose(tmp_path, measured):
@@ -123,7 +123,7 @@ def test_spheres_are_fitted_from_their_measurements_alone():
     assert not calibration.missed
     assert calibration.config.pair.resistance.law == "coulomb"
     assert max(abs(one.residual) for one in calibration.chosen.means if one.column == "e_t") < 0.03
-    assert fit_picture(calibration, "fit.png").data.startswith(b"\x89PNG")
+    assert fit_picture(calibration, "fit.png").startswith(b"\x89PNG")
 
 
 def test_angles_from_the_normal_and_rows_that_no_grains_hold(measured, monkeypatch):
