@@ -38,9 +38,6 @@ ELLIPSOID, PRISM = SHAPE_CODES["ellipsoid"], SHAPE_CODES["prism"]
 TRUNCATED_PRISM, TETRAHEDRON = SHAPE_CODES["truncated-prism"], SHAPE_CODES["tetrahedron"]
 SPHERE = SHAPE_CODES["sphere"]
 
-#: Number of shapes that have a code of their own; meshes come after them.
-N_SHAPES = len(SHAPE_CODES)
-
 #: Most vertices that a shape other than a mesh has.
 MAX_VERTICES = 24
 

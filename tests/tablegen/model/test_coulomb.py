@@ -191,9 +191,9 @@ def test_a_path_that_does_not_end_is_an_error_that_names_the_row(monkeypatch):
         after = model.rebound(*given, seed=1, index=range(3), roughness=roughness, codes=codes)
         assert set(codes) == {REBOUND_NOT_ENDED}
         assert np.isnan(after.velocity).all()
-    still = f"is still in contact after {COLLISION_ALARM:,} collisions, or {PIECE_ALARM:,} pieces"
-    for simulated in (simulate_condition, simulate_alone):
-        with pytest.raises(RuntimeError, match=still if simulated is simulate_condition else ""):
+    alarm = f" after {COLLISION_ALARM:,} collisions, or {PIECE_ALARM:,} pieces"
+    for simulated, limits in ((simulate_condition, alarm), (simulate_alone, "")):
+        with pytest.raises(RuntimeError, match=f"is still in contact{limits}"):
             simulated(config.pair, POPULATION, make_condition(0.5, 100.0), 3, seed=3)
 
 
