@@ -88,8 +88,8 @@ def follow(table, n):
 
     Returns
     -------
-    passed, back, hits : int
-        How many grains pass, how many come back, and how many walls they meet.
+    passed, resting, hits : int
+        How many grains pass, how many come to rest on a wall, and how many walls they meet.
     squared_velocity, spin : float
         Sums of v^2 and of omega_z over the grains at the ends of their paths.
     """
@@ -134,14 +134,15 @@ def follow(table, n):
         flying = flying[(x[flying, 0] >= 0.0) & (x[flying, 0] < CHANNEL_LENGTH)]
     omega = slow_down_spins(omega, inertia, half_size, flight)
     passed = (x[:, 0] >= CHANNEL_LENGTH).sum()
-    back = (x[:, 0] < 0.0).sum()
-    return passed, back, hit.sum(), (v**2).sum(), omega[:, 2].sum()
+    resting = ((x[:, 0] >= 0.0) & (x[:, 0] < CHANNEL_LENGTH)).sum()
+    return passed, resting, hit.sum(), (v**2).sum(), omega[:, 2].sum()
 
 
 if __name__ == "__main__":
-    passed, back, hits, squared_velocity, spin = follow(sampler.load("corundum-steel"), N_GRAINS)
+    table = sampler.load("corundum-steel")
+    passed, resting, hits, squared_velocity, spin = follow(table, N_GRAINS)
     print("grains that pass:     ", passed)
-    print("grains that come back:", back)
+    print("grains that rest:     ", resting)
     print("hits of walls:        ", hits)
     print("sum of v^2, m2/s2:    ", squared_velocity)
     print("sum of omega_z, rad/s:", spin)

@@ -91,7 +91,7 @@ def slow_down_spin(omega, inertia, half, flight):
 @numba.njit(cache=True)
 def follow(table, n_grains):
     """Follow grains until they leave the channel or rest on a wall; return what is printed."""
-    passed = back = hits = outside = 0
+    passed = resting = hits = outside = 0
     squared_velocity = spin = 0.0
     after = np.empty(7)  # velocity, mean angular velocity, inertia about it
     for index in range(n_grains):
@@ -138,18 +138,18 @@ def follow(table, n_grains):
             flight = 0.0
         omega = slow_down_spin(omega, inertia, half, flight)
         passed += x >= CHANNEL_LENGTH
-        back += x < 0.0
+        resting += 0.0 <= x < CHANNEL_LENGTH
         hits += hit
         squared_velocity += v[0] ** 2 + v[1] ** 2 + v[2] ** 2
         spin += omega[2]
-    return passed, back, hits, squared_velocity, spin, outside
+    return passed, resting, hits, squared_velocity, spin, outside
 
 
 if __name__ == "__main__":
     table = sampler.load("corundum-steel")
     results = follow(table.handle, N_GRAINS)
     print("grains that pass:     ", results[0])
-    print("grains that come back:", results[1])
+    print("grains that rest:     ", results[1])
     print("hits of walls:        ", results[2])
     print("sum of v^2, m2/s2:    ", results[3])
     print("sum of omega_z, rad/s:", results[4])

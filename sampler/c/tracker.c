@@ -149,7 +149,7 @@ static int follow(const rbt_table *table, grain *g, int *outside)
 
 int main(void)
 {
-    int passed = 0, back = 0, hits = 0, outside = 0;
+    int passed = 0, resting = 0, hits = 0, outside = 0;
     double squared_velocity = 0.0, spin = 0.0;
     rbt_table *table;
     int code = rbt_open("corundum-steel.rbt", &table);
@@ -175,14 +175,14 @@ int main(void)
             return 1;
         }
         passed += g.x >= CHANNEL_LENGTH;
-        back += g.x < 0.0;
+        resting += g.x >= 0.0 && g.x < CHANNEL_LENGTH;
         hits += (int)g.hit;
         squared_velocity += g.v[0] * g.v[0] + g.v[1] * g.v[1] + g.v[2] * g.v[2];
         spin += g.omega[2];
     }
     rbt_close(table);
     printf("grains that pass:      %d\n", passed);
-    printf("grains that come back: %d\n", back);
+    printf("grains that rest:      %d\n", resting);
     printf("hits of walls:         %d\n", hits);
     printf("sum of v^2, m2/s2:     %.12g\n", squared_velocity);
     printf("sum of omega_z, rad/s: %.12g\n", spin);

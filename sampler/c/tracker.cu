@@ -47,7 +47,7 @@ struct grain {
 };
 
 /* Sums over all grains, to which threads add. */
-enum { PASSED, BACK, HITS, SQUARED_VELOCITY, SPIN, OUTSIDE, FAILED, N_SUMS };
+enum { PASSED, RESTING, HITS, SQUARED_VELOCITY, SPIN, OUTSIDE, FAILED, N_SUMS };
 
 /* Find the normal of the wall that the next step of a grain crosses. Returns false if there is none. */
 static RBT_DEVICE bool find_wall_ahead(const grain &g, double normal[3])
@@ -160,7 +160,7 @@ RBT_KERNEL follow(RBT_TABLE_ARGUMENT table, unsigned long long n_grains, double 
         }
         slow_down_spin(g);
         atomicAdd(sums + PASSED, g.x >= CHANNEL_LENGTH ? 1.0 : 0.0);
-        atomicAdd(sums + BACK, g.x < 0.0 ? 1.0 : 0.0);
+        atomicAdd(sums + RESTING, g.x >= 0.0 && g.x < CHANNEL_LENGTH ? 1.0 : 0.0);
         atomicAdd(sums + HITS, (double)g.hit);
         atomicAdd(sums + SQUARED_VELOCITY, g.v[0] * g.v[0] + g.v[1] * g.v[1] + g.v[2] * g.v[2]);
         atomicAdd(sums + SPIN, g.omega[2]);
@@ -200,7 +200,7 @@ int main()
     if (sums[FAILED] > 0.0)
         return fail("a rebound has failed");
     std::printf("grains that pass:      %g\n", sums[PASSED]);
-    std::printf("grains that come back: %g\n", sums[BACK]);
+    std::printf("grains that rest:      %g\n", sums[RESTING]);
     std::printf("hits of walls:         %g\n", sums[HITS]);
     std::printf("sum of v^2, m2/s2:     %.12g\n", sums[SQUARED_VELOCITY]);
     std::printf("sum of omega_z, rad/s: %.12g\n", sums[SPIN]);

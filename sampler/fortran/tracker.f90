@@ -57,7 +57,7 @@ program tracker
   type(rbt_table) :: table
   real(dp) :: squared_velocity = 0, spin = 0
   real(dp) :: form(3)  ! code of the shape, b/a and c/b
-  integer :: passed = 0, back = 0, hits = 0, outside = 0
+  integer :: passed = 0, resting = 0, hits = 0, outside = 0
   integer(c_int64_t) :: k
 
   call check(rbt_open("corundum-steel.rbt", table), "corundum-steel.rbt")
@@ -67,14 +67,14 @@ program tracker
     g%half_size = rbt_half_size(table, diameter, form)
     call follow(g)
     if (g%x >= channel_length) passed = passed + 1
-    if (g%x < 0) back = back + 1
+    if (g%x >= 0 .and. g%x < channel_length) resting = resting + 1
     hits = hits + g%hit
     squared_velocity = squared_velocity + sum(g%v**2)
     spin = spin + g%omega(3)
   end do
   call rbt_close(table)
   print "(a, i0)", "grains that pass:      ", passed
-  print "(a, i0)", "grains that come back: ", back
+  print "(a, i0)", "grains that rest:      ", resting
   print "(a, i0)", "hits of walls:         ", hits
   print "(a, g0)", "sum of v^2, m2/s2:     ", squared_velocity
   print "(a, g0)", "sum of omega_z, rad/s: ", spin
