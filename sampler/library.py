@@ -244,38 +244,21 @@ def sample(
     threads: int | None,
     report: Report | None = None,
     inertia: NDArray[np.float64] | None = None,
+    all_values: bool = False,
 ) -> Report:
     """Draw the states (n, n_columns) of all rows, NaN where there is an error; None: codes alone.
 
     `threads`: None for as many as are worth their cost. `report`: the codes, if they are known.
-    `inertia` (n,) is written with those after the rebound.
+    `inertia` (n,) is written with those after the rebound. `all_values`: by direct simulation,
+    write all numbers of ``RBT_DIRECT_VALUES`` in place of the columns, shape (n, 12).
     """
-    return _sampled(library().rbt_sample, table, rows, states, threads, report, inertia)
-
-
-def sample_all(
-    table: Opened, rows: Rows, values: NDArray[np.float64], threads: int | None
-) -> Report:
-    """Simulate all rows, and write all numbers of ``RBT_DIRECT_VALUES``, shape (n, 12)."""
-    return _sampled(library().rbt_sample_all, table, rows, values, threads)
-
-
-def _sampled(
-    rbt_sample: Any,
-    table: Opened,
-    rows: Rows,
-    states: NDArray[np.float64] | None,
-    threads: int | None,
-    report: Report | None = None,
-    inertia: NDArray[np.float64] | None = None,
-) -> Report:
-    """Run a function of the library that takes the arguments of ``rbt_sample``."""
+    draw = library().rbt_sample_all if all_values else library().rbt_sample
 
     def draw_slice(addresses: dict[str, int], start: int, count: int, codes: int | None) -> int:
         after = None if inertia is None else inertia.ctypes.data + start * inertia.itemsize
         conditions = Conditions(**addresses, inertia_after=after, fresh=rows.fresh)
         out = None if states is None else states.ctypes.data + start * states.strides[0]
-        return rbt_sample(table.handle, count, ctypes.byref(conditions), rows.seed, out, codes)
+        return draw(table.handle, count, ctypes.byref(conditions), rows.seed, out, codes)
 
     return _run_in_slices(draw_slice, table, rows, threads, report)
 

@@ -20,7 +20,7 @@ from sampler.formats.bounds import ANY_SPEED
 from sampler.formats.channels import STATE, VARIABLES
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from sampler.formats.shape_geometry import Geometry
-from sampler.library import OpenDirect, Rows, sample_all
+from sampler.library import OpenDirect, Rows, sample
 from tablegen.config.config import Config, ModelSettings
 from tablegen.config.grain_ranges import inertia_coefficients, ratio_range
 from tablegen.config.pairs import MaterialPair
@@ -227,6 +227,6 @@ def simulate_impacts(law: DirectLaw, rows: Rows, threads: int | None = None) -> 
     ``grain`` if they are given. Without ``spin`` and ``grain`` the grains are fresh.
     """
     values = np.empty((rows.n, len(VARIABLES) + 2))
-    report = sample_all(law, rows, values, threads)
+    report = sample(law, rows, values, threads, all_values=True)
     codes = np.zeros(rows.n, np.intc) if report.codes is None else report.codes
     return Simulated(values[:, :-2], values[:, -2], values[:, -1], codes)

@@ -52,18 +52,16 @@ class Target(NamedTuple):
 
     @classmethod
     def of_triple(cls, triple: str) -> "Target":
-        """Describe another machine by its triple, such as aarch64-linux-gnu."""
+        """Describe another machine by its triple, such as aarch64-linux-gnu.
+
+        Raises `InputError` for a triple that LLVM does not know.
+        """
+        _llvm_target(triple)
         return cls(triple, _PROCESSORS.get(triple.partition("-")[0], ""), "")
 
     def machine(self) -> llvm.TargetMachine:
-        """Make the code generator; raises `InputError` for a target that LLVM does not know."""
-        llvm.initialize_all_targets()
-        llvm.initialize_all_asmprinters()
-        try:
-            target = llvm.Target.from_triple(self.triple)
-        except RuntimeError as error:
-            allowed = "a triple such as aarch64-linux-gnu or x86_64-linux-gnu"
-            raise InputError("--target", repr(self.triple), allowed) from error
+        """Make the code generator."""
+        target = _llvm_target(self.triple)
         settings = {"cpu": self.processor, "features": self.features, "opt": 3}
         return target.create_target_machine(**settings, reloc="pic", codemodel="default")
 
@@ -71,11 +69,18 @@ class Target(NamedTuple):
         return f"{self.triple} ({self.processor})" if self.processor else self.triple
 
 
-def direct_files(parts: DirectParts, target: Target) -> dict[str, bytes]:
-    """Make the contents of the object and of its header, by their names.
+def _llvm_target(triple: str) -> llvm.Target:
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    try:
+        return llvm.Target.from_triple(triple)
+    except RuntimeError as error:
+        allowed = "a triple such as aarch64-linux-gnu or x86_64-linux-gnu"
+        raise InputError("--target", repr(triple), allowed) from error
 
-    Raises `InputError` if the target is not known.
-    """
+
+def direct_files(parts: DirectParts, target: Target) -> dict[str, bytes]:
+    """Make the contents of the object and of its header, by their names."""
     header = _header_text(parts.pair, target).encode()
     return {OBJECT: _object_code(parts, target), HEADER: header}
 

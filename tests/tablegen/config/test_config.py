@@ -58,6 +58,11 @@ def test_shipped_text_stands_alone(name):
     assert again == config
     assert again.text == config.text
     assert isinstance(tomllib.loads(config.text)["pair"], dict)
+    written = tomllib.loads((data_directory() / f"{name}.toml").read_text(encoding="utf-8"))
+    # it has the name of its file, and no pair but a scene's has another
+    assert written["name"] == name
+    of_pair = written["pair"] if isinstance(written["pair"], str) else name
+    assert (config.pair.name or config.name) == of_pair
 
 
 class TestScene:

@@ -1,5 +1,7 @@
 """The shipped tables: provenance and accuracy."""
 
+import tomllib
+
 import h5py
 import numpy as np
 import pytest
@@ -44,6 +46,13 @@ class TestProvenance:
         }
         names = {"name": configuration.name, "pair": {"name": CONFIG.name}}
         assert CONFIG.with_changes(nodes | names).text == configuration.text
+
+    @pytest.mark.parametrize("name", sorted(path.stem for path in data_directory().glob("*.h5")))
+    def test_the_stored_configuration_is_that_of_the_file(self, name):
+        """Numbers, names and sources; comments may have been written anew."""
+        scene = {"corundum-steel": "corundum-steel-standard"}.get(name, name)
+        stored = tomllib.loads(sampler.load(name).config)
+        assert stored == tomllib.loads(load_config(scene).text)
 
     def test_sizes_are_the_generators(self, contents, table):
         assert contents["dependence/alias_probability"].shape[-1] in LADDER
