@@ -3,6 +3,8 @@
 import pytest
 from command_line import SIMULATE, flags
 
+from tablegen.simulation.direct_law import DirectParts
+
 pytestmark = pytest.mark.usefixtures("quick_classifier")
 
 
@@ -38,6 +40,12 @@ def test_files_are_named_as_they_were_typed(refused, tmp_path):
     scene.write_text('name = "m"\npair = "demo"\n[[population.meshes]]\nfile = "none.stl"\n')
     line = refused("generate", scene, "--output", tmp_path / "t.h5")
     assert line == f"scene.toml: population.meshes[0].file: there is no file {none}"
+
+
+def test_a_machine_is_refused_before_anything_is_compiled(refused, tmp_path, monkeypatch):
+    monkeypatch.setattr(DirectParts, "from_config", None)
+    words = "export-direct", "demo", "--target", "nosuch", "--output", tmp_path / "direct"
+    assert refused(*words).startswith("--target: got 'nosuch', allowed: a triple such as ")
 
 
 def test_missing_and_unknown_words_are_named(refused):
