@@ -1,6 +1,7 @@
 """The C header as programs use it: several files, codes and their texts, memory, older tables."""
 
 import ctypes
+import platform
 import re
 import subprocess
 import sys
@@ -31,6 +32,20 @@ def test_two_files_of_one_program(tmp_path):
     sources = [tmp_path / "library.c", tmp_path / "user.c"]
     program = toolchain.build("gcc", sources, tmp_path / "two", toolchain.QUICK)
     assert toolchain.run(program) == "there is not enough memory for this table\n"
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "g++"])
+@pytest.mark.parametrize("processor", ["native", "haswell", "skylake-avx512"])
+def test_it_compiles_for_one_processor(compiler, processor, tmp_path):
+    """gcc inlines no function that may use more features of the processor than its caller."""
+    if processor != "native" and platform.machine() != "x86_64":
+        pytest.skip("-march of x86-64")
+    source = tmp_path / "implementation.c"
+    source.write_text(IMPLEMENTATION)
+    language = ["-x", "c++"] if compiler == "g++" else []
+    # the copies for wide vectors, which other tests leave out
+    flags = [*language, "-O0", "-URBT_NO_CLONES", f"-march={processor}", "-c", source]
+    toolchain.compile_with(compiler, flags, tmp_path / "implementation.o")
 
 
 #: Macros of windows.h, X11, Qt, Fluent, R, Arduino, macOS, Boost and old systems, and of users.

@@ -439,8 +439,10 @@ RBTI_INLINE void rbti_draw_nodes_body(const rbt_table *table, const rbt_conditio
 RBTI_BLOCK_VERSION(rbti_draw_nodes, , "", RBTI_NODES_PARAMETERS, RBTI_NODES_ARGUMENTS)
 #else
 RBTI_BLOCK_VERSION(rbti_draw_nodes, _avx2, "avx2", RBTI_NODES_PARAMETERS, RBTI_NODES_ARGUMENTS)
-RBTI_BLOCK_VERSION(rbti_draw_nodes, _avx512, "arch=x86-64-v4", RBTI_NODES_PARAMETERS,
-                   RBTI_NODES_ARGUMENTS)
+/* what x86-64-v4 adds, feature by feature: `arch=` would take back those that -march=native has given */
+RBTI_BLOCK_VERSION(rbti_draw_nodes, _avx512,
+                   "avx512f,avx512bw,avx512cd,avx512dq,avx512vl,bmi,bmi2,f16c,fma,lzcnt,movbe",
+                   RBTI_NODES_PARAMETERS, RBTI_NODES_ARGUMENTS)
 RBTI_INLINE void rbti_draw_nodes RBTI_NODES_PARAMETERS
 {
     if (__builtin_cpu_supports("x86-64-v4"))
