@@ -66,6 +66,30 @@ def test_readme_has_no_other_accuracy():
     assert distances == ["0.011", "0.023"]  # of e_n and e_t of the fitted pairs
 
 
+def test_claims_about_times_are_those_of_the_one_table():
+    block = EMBEDDING.partition("<!-- begin times -->")[2].partition("<!-- end times -->")[0]
+    head, _, *rows = (
+        [cell.strip() for cell in line.strip("|").split("|")]
+        for line in block.splitlines()
+        if line.startswith("|")
+    )
+    columns = [head.index(f"C, {rows} a call") for rows in ("512", "1")]
+    times = np.array([[float(row[k]) for k in columns] for row in rows])  # µs
+    hits = times.reshape(2, 3, 2)  # first and later; two tables and direct simulation
+    assert "takes less than a microsecond in C" in README
+    assert hits[:, :2].max() < 1.0
+    direct = r"about (\d+) µs in\s+calls of 512,\s+and about (\d+) µs one by one"
+    stated = [float(x) for x in re.search(direct, README).groups()]
+    np.testing.assert_allclose(hits[:, 2].mean(axis=0), stated, rtol=0.25)
+    ratios = r"takes (\d+) to (\d+) times as long if .*? and (\d+) to (\d+) times as long if"
+    ends = np.array(re.search(ratios, README, re.S).groups(), float).reshape(2, 2)
+    ratio = (hits[:, 2] / hits[:, 0]).T
+    assert (ends[:, :1] <= ratio).all()
+    assert (ratio <= ends[:, 1:]).all()
+    assert "10⁸ rebounds cost three to four minutes" in README
+    assert 2.5 < 1e8 * 1e-6 * hits[:, 2, 0].mean() / 60.0 < 4.5
+
+
 @pytest.mark.parametrize("name", available(".h5"))
 def test_columns_were_measured_where_readme_says(name):
     contents = read_table(find_table(name))
