@@ -129,7 +129,10 @@ def as_reals(name: str, values: ArrayLike) -> NDArray[np.float64]:
 
 
 def _check_each(name: str, array: NDArray[np.float64], bounds: Bounds, words: str = "") -> None:
-    """Refuse the first number of an array that is out of bounds; `words` for those of the error."""
+    """Refuse the first number of an array that is out of bounds.
+
+    `words` say in the error what is allowed; by default those of the bounds.
+    """
     good = bounds.hold(array)
     if not good.all():
         k = int(good.argmin())
@@ -157,21 +160,24 @@ def as_positive(name: str, values: ArrayLike, least: float = math.ulp(0.0)) -> N
 
 
 def as_finite(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Coerce finite real numbers, or vectors where the name is that of one."""
+    """Coerce finite real numbers; an argument of `VECTORS` has vectors on its last axis."""
     array = as_rows_of(name, values)
     _check_each(name, array, Bounds(text="finite numbers"))
     return array
 
 
 def as_rows_of(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    """Coerce real numbers, or vectors where the name is that of one; raises `InputError`."""
+    """Coerce real numbers; an argument of `VECTORS` has vectors on its last axis.
+
+    Raises `InputError`.
+    """
     array = as_reals(name, values)
     check_vector(name, array.shape)
     return array
 
 
 def check_vector(name: str, shape: Shape) -> None:
-    """Refuse the shape of an argument that is no vector where its name is that of one."""
+    """Refuse an argument of `VECTORS` whose last axis does not have the length of its vectors."""
     length = VECTORS.get(name)
     if length is not None and shape[-1:] != (length,):
         raise InputError(name, f"shape {shape}", f"({length},) or (..., {length})")
@@ -393,8 +399,8 @@ def broadcast(
     return Call(shape, Rows(math.prod(shape), seed, rows, fresh))
 
 
-def resting_if_own(given: dict[str, Any], grain: str | None) -> dict[str, Any]:
-    """Give a particle that keeps its grain a spin of zero, if a draw is given none."""
+def with_zero_spin_if_own(given: dict[str, Any], grain: str | None) -> dict[str, Any]:
+    """Add a spin of zero to the arguments of a draw of the own grain that have no spin."""
     return {"spin": (0.0, 0.0, 0.0)} | given if grain == "own" and "alpha1" in given else given
 
 
@@ -405,7 +411,7 @@ def check_grain_word(grain: Any) -> None:
 
 
 def check_written(name: str, array: Any, shape: Shape, *dtypes: Any) -> None:
-    """Refuse what is no writable array of a shape and one of some dtypes; None is none."""
+    """Refuse an array for results that has another shape or dtype, or is read-only; allow None."""
     plain = isinstance(array, np.ndarray) and not is_masked(array)
     fits = plain and array.dtype in dtypes and array.shape == shape and array.flags.writeable
     if array is not None and not fits:

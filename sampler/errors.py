@@ -273,7 +273,8 @@ class OutsideTableWarning(UserWarning):
             else f"{self.number} rows of this call were"
         )
         return (
-            f"{self.first}; {rows} {what}; table.counts goes on counting, without further warnings"
+            f"{self.first}; {rows} {what}; table.counts counts all such rows, and this warning is "
+            "not repeated"
         )
 
 

@@ -119,10 +119,7 @@ class RowCodes:
         if covered.spin is not None and not {"spin", "omega"}.isdisjoint(arrays):
             given += f", spin {text_beside(spin, *covered.spin, digits=6)}"
             if kind == "speed":
-                allowed += (
-                    "; of a particle that spins, also V_e = V (1 + k spin^2)^(1/2), the speed with "
-                    "its energy of rotation, must lie inside the speeds of the spin law"
-                )
+                allowed += " (a particle that spins counts as having V (1 + k spin^2)^(1/2))"
             if kind == "spin" and "inertia" in arrays and spin <= covered.spin[1]:
                 inertia = f"{float(call.at('inertia', row)):.6g}"
                 return call.refusal(

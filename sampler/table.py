@@ -23,7 +23,7 @@ from sampler.arguments import (
     check_written,
     common_shape,
     present,
-    resting_if_own,
+    with_zero_spin_if_own,
 )
 from sampler.covered import make_covered
 from sampler.errors import InputError
@@ -632,7 +632,7 @@ class Table:
         name = "omega" if "velocity" in given else "spin"
         self.check_spin(name, given.get(name), grain)
         if grain is None or isinstance(grain, str):
-            return broadcast(resting_if_own(given, grain), keys, fresh=grain == "fresh")
+            return broadcast(with_zero_spin_if_own(given, grain), keys, fresh=grain == "fresh")
         return broadcast(given | {"grain": grain}, keys)
 
     def _reduced(

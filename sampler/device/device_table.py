@@ -4,7 +4,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from sampler.arguments import Keys, Rebound, as_isotropic, broadcast, present, resting_if_own
+from sampler.arguments import Keys, Rebound, as_isotropic, broadcast, present, with_zero_spin_if_own
 from sampler.device import program
 from sampler.errors import InputError
 from sampler.formats.image import Image
@@ -205,7 +205,7 @@ class DeviceTable:
         if not isinstance(grain, str | None):
             raise InputError("grain", type(grain).__name__, "'own', 'fresh'")
         self._table.check_spin(name, arguments[name], grain)
-        given = resting_if_own(present(**arguments), grain)
+        given = with_zero_spin_if_own(present(**arguments), grain)
         with self._device:
             there = program.DeviceArrays(self._cupy, self.dtype)
             return program.DeviceCall(*broadcast(given, keys, grain == "fresh", arrays_of=there))

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from tablegen.accuracy.comparison import Comparison, Measured
+from tablegen.accuracy.comparison import Comparison, ConditionDistances
 from tablegen.accuracy.judgement import Judged, advice
 from tablegen.accuracy.validate import Validation
 from tablegen.config.metric_table import METRICS, SPIN, little_declared, metric_of
@@ -40,7 +40,7 @@ def numbers_table(numbers: Sequence[Judged], stored: Mapping[str, float]) -> Tex
     return TextTable("Distances to direct simulation", head, rows)
 
 
-def conditions_table(measured: Sequence[Measured], caption: str) -> TextTable:
+def conditions_table(measured: Sequence[ConditionDistances], caption: str) -> TextTable:
     """Make a table of the distances at each condition, with their errors."""
     head = ["condition", *(column for m in METRICS.values() for column in (m.head, "error"))]
     rows = []

@@ -14,7 +14,7 @@ from tablegen.model.float_array import FloatArray
 
 
 @dataclass(frozen=True)
-class Measured:
+class ConditionDistances:
     """Distances between two samples of states at one condition."""
 
     #: Impact angle [degrees] and speed [m/s].
@@ -38,7 +38,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Comparison(Measured):
+class Comparison(ConditionDistances):
     """Distances between a table and direct simulation at one condition, and what each gives."""
 
     #: Means, modes, energy and angles of each sample.
@@ -86,7 +86,7 @@ def compare(
     variables : tuple of str
         Names of the d columns.
     own : bool
-        Whether the states are of the spin law (`Measured.own`).
+        Whether the states are of the spin law (`ConditionDistances.own`).
     """
     profiles = profile(table, variables), profile(direct, variables)
     # The states are freed here if the caller does not hold them.

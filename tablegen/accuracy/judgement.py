@@ -21,7 +21,7 @@ from tablegen.config.targets import AccuracyTargets, SpinTargets
 _FAR_FACTOR = 2.0
 
 
-class Measured(Protocol):
+class HasDistances(Protocol):
     """Distances measured at a condition or at hits of a chain."""
 
     @property
@@ -67,7 +67,7 @@ class Judged(NamedTuple):
 
 
 def judge(
-    measured: Sequence[Measured], targets: AccuracyTargets | SpinTargets, prefix: str = ""
+    measured: Sequence[HasDistances], targets: AccuracyTargets | SpinTargets, prefix: str = ""
 ) -> list[Judged]:
     """Find the worst number of each limit; return an empty list if nothing was measured.
 

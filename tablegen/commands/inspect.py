@@ -159,10 +159,12 @@ def identity_text(contents: "TableContents") -> str:
         chains = {name: value for name, value in spin_worst.items() if name in CHAINS}
         spin_measured = f"at most {errors_text(own)} without spin"
         spin_measured += f"; along chains of hits {errors_text(chains)}" * bool(chains)
+    nodes = f"{len(alpha)} angle{'s' * (len(alpha) != 1)}, "
+    nodes += f"{len(speed)} speed{'s' * (len(speed) != 1)}"
     lines = [
         ("pair", facts["pair"]),
         ("covers", covers),
-        ("nodes", f"{len(alpha)} angles, {len(speed)} speeds"),
+        ("nodes", nodes),
         ("a draw gives", ", ".join(facts["variables"])),
         ("particles", facts["population"] or "cannot be read"),
         ("spin law", spin),

@@ -1,4 +1,4 @@
-"""Calibration: the smoothest contact laws that hold measured means, for given grains."""
+"""Calibration: the smoothest contact laws that give the measured means, for given grains."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -211,7 +211,7 @@ def _fit_with_more_knots(fitter: Fitter, fit: Fit, start: Config, name: str) -> 
 
 
 def _advice(data: Measurements, chosen: Fit) -> str:
-    """Say what looks wrong in the measurements, and which rows no grains hold; "" if nothing."""
+    """Say what looks wrong in the measurements, and which rows no grains give; "" if nothing."""
     missed = sorted((one for one in chosen.means if one.miss > 1.0), key=lambda one: one.row)
     places = list(dict.fromkeys(one.place for one in missed))
     rows = ", ".join(places[:_NAMED]) + f" and {len(places) - _NAMED} more" * (len(places) > _NAMED)

@@ -33,7 +33,7 @@ _LAST_SEED, _REPORT_SEED = 0x510E, 0x5EED
 #: least one. A smaller one is that of a number at a bound.
 _DETERMINED_SHARE, _LEAST_ERROR = 0.5, 1e-6
 
-#: Last steps; and the worst miss from which they cannot hold the means.
+#: Last steps; and the worst miss from which they cannot reach the means.
 _LAST_STEPS, _FAR = 4, 2.0
 
 

@@ -1,4 +1,4 @@
-"""The smoothest laws that hold measured means: bounded least squares with a penalty on roughness.
+"""The smoothest laws that give measured means: bounded least squares with a penalty on roughness.
 
 Gauss and Newton with common random numbers. The weight of the penalty falls until every mean is
 held, and stops there (discrepancy principle). Source: P. C. Hansen, Rank-Deficient and Discrete
@@ -24,7 +24,7 @@ _SEARCH_SHARE = 0.8
 _LENGTHS, _LEAST_GAIN = (1.0, 0.5, 0.2), 0.05
 
 #: After more than `_PATIENCE` weights that leave the worst mean above `_IMPROVEMENT` of the best so
-#: far, the grains cannot hold it.
+#: far, the grains cannot give it.
 _PATIENCE, _IMPROVEMENT = 2, 0.97
 
 #: Weights after which a search may be given up, and the worst mean over its tolerance, by the

@@ -13,7 +13,7 @@ from sampler.errors import InputError
 from sampler.files import check_output, find_table
 from sampler.formats.hdf5 import TableContents, read_table, write_table
 from sampler.formats.layout import DATASETS
-from tablegen.accuracy.comparison import Measured
+from tablegen.accuracy.comparison import ConditionDistances
 from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.accuracy.validate import Validation
 from tablegen.config.config import Config
@@ -37,7 +37,9 @@ def _stack_nodes(nodes: list[NodeArrays], axes: Axes) -> dict[str, NDArray[Any]]
     }
 
 
-def accuracy_datasets(measured: Sequence[Measured], columns: int) -> dict[str, NDArray[np.float64]]:
+def accuracy_datasets(
+    measured: Sequence[ConditionDistances], columns: int
+) -> dict[str, NDArray[np.float64]]:
     """Make the datasets of the accuracy group, for states with this number of columns."""
     rows = [{"alpha_deg": m.alpha_deg, "speed": m.speed, **m.distances()} for m in measured]
     accuracy = {}

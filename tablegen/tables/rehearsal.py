@@ -72,7 +72,7 @@ def _check_variables_vary(config: Config, conditions: Iterable[tuple[float, ...]
             "domain.variables",
             ", ".join(constant),
             problem="the same for all particles at every condition",
-            remedy="leave these out, or change particles or laws; a formula gives them",
+            remedy="leave them out, because a formula gives them; or change particles or laws",
         )
 
 

@@ -464,7 +464,7 @@ class TestCounts:
         given = {"inertia": 0.3, "grain": (0.0, 0.8, 0.8)} | keys
         strict.sample(0.5, 250.0, spin=(0.0, 0.0, 3.983), **given)
         line = refused("speed", strict.sample, 0.5, 250.0, spin=(0.0, 0.0, 3.984), **given)
-        assert "the speed with its energy of rotation" in line
+        assert "a particle that spins counts as having V (1 + k spin^2)^(1/2)" in line
         assert strict.counts["extrapolated"] == 0
         strict.sample(0.5, 150.0, spin=(0.0, 0.0, 1.611), **given)  # (0.7778 / 0.3)^(1/2) = 1.6102
         assert strict.counts["extrapolated"] == 0

@@ -328,8 +328,8 @@ RBTI_INLINE RBT_DEVICE void rbti_to_states(size_t m, size_t count, int variables
     }
 }
 
-/* All steps, for conditions that can be drawn. n is the number of channels. */
-RBTI_INLINE RBT_DEVICE void rbti_take_steps(size_t m, const rbt_table *table, int32_t n,
+/* Draw the states of conditions that can be drawn, by all steps. n is the number of channels. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_states(size_t m, const rbt_table *table, int32_t n,
                                             uint64_t seed, const uint64_t *index,
                                             const uint32_t *hit, size_t count, int variables,
                                             rbti_draws *d, double *states)
@@ -362,7 +362,7 @@ RBTI_NOT_INLINED RBT_DEVICE void rbti_draw_channels(const rbt_table *table, doub
     rbti_draws draws;
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
-    rbti_take_steps(1, table, table->n_channels, seed, &index, &hit, 1, variables, &draws, state);
+    rbti_fill_states(1, table, table->n_channels, seed, &index, &hit, 1, variables, &draws, state);
 }
 
 /* One draw of the first six or of all variables. If the number of channels is known, a device needs only
@@ -384,7 +384,7 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_node(const rbt_table *table, double alpha1
     rbti_draws draws;
     draws.alpha1[0] = alpha1;
     draws.speed[0] = speed;
-    rbti_take_steps(1, table, 6, seed, &index, &hit, 1, variables, &draws, state);
+    rbti_fill_states(1, table, 6, seed, &index, &hit, 1, variables, &draws, state);
 #endif
 }
 
@@ -427,7 +427,7 @@ RBTI_INLINE void rbti_draw_nodes_body(const rbt_table *table, const rbt_conditio
     rbti_take_conditions(table, conditions, first, count, &draws, codes);
     if (!states)
         return;
-    rbti_take_steps(RBTI_BLOCK, table, table->n_channels, seed, index, hit, count, variables, &draws,
+    rbti_fill_states(RBTI_BLOCK, table, table->n_channels, seed, index, hit, count, variables, &draws,
                     states);
 }
 

@@ -318,8 +318,9 @@ RBTI_NOT_INLINED size_t rbti_rebound_direct(const rbt_table *table, const rbt_im
 #endif
 #endif
 
-/* Rebound some of n rows from `first` on, at most RBTI_MOST_ROWS, and fill their codes. Returns how many. */
-RBTI_INLINE RBT_DEVICE size_t rbti_rebound_some(const rbt_table *table, const rbt_impacts *impacts,
+/* Rebound the next of n rows from `first` on, at most RBTI_MOST_ROWS, and fill their codes. Returns how
+   many. */
+RBTI_INLINE RBT_DEVICE size_t rbti_rebound_next_rows(const rbt_table *table, const rbt_impacts *impacts,
                                                 size_t first, size_t n, uint64_t seed,
                                                 const rbt_rebounds *out, int *codes)
 {
@@ -366,7 +367,7 @@ RBT_API RBT_DEVICE int rbt_rebound(const rbt_table *table, size_t n, const rbt_i
     memset(rebounds->flagged, 0, sizeof rebounds->flagged);
     for (size_t first = 0, count = 0; first < n; first += count) {
         int codes[RBTI_MOST_ROWS];
-        count = rbti_rebound_some(table, impacts, first, n - first, seed, rebounds, codes);
+        count = rbti_rebound_next_rows(table, impacts, first, n - first, seed, rebounds, codes);
         for (size_t r = 0; r < count; r++)
             rbti_count_row(codes[r], first + r, rebounds);
         rbti_count_codes(&tally, codes, count);

@@ -37,7 +37,7 @@ RBTI_INLINE RBT_DEVICE int rbti_result(const rbti_tally *tally)
 enum { RBTI_NODES, RBTI_SPIN_LAW, RBTI_SPHERE, RBTI_SIMULATION };
 
 /* The law of a table for rows with a spin or a grain (`spins`), or without. */
-RBTI_INLINE RBT_DEVICE int rbti_law_of(const rbt_table *table, int spins)
+RBTI_INLINE RBT_DEVICE int rbti_choose_law(const rbt_table *table, int spins)
 {
 #ifdef RBTI_DIRECT
     if (table->direct)
@@ -56,7 +56,7 @@ RBTI_INLINE RBT_DEVICE int rbti_draw_one(const rbt_table *table, double alpha1, 
                                          double *inertia_after)
 {
     const double zeros[3] = {0.0, 0.0, 0.0}, *spin_or_zeros = spin ? spin : zeros;
-    const int law = rbti_law_of(table, spins);
+    const int law = rbti_choose_law(table, spins);
 #ifdef RBTI_DIRECT
     if (law == RBTI_SIMULATION)
         return rbti_simulate_one(table, alpha1, speed, spin, inertia, seed, grains, index, hit, spins,
@@ -113,7 +113,7 @@ RBTI_INLINE RBT_DEVICE void rbti_draw_rows(const rbt_table *table, const rbt_con
     const size_t width = (size_t)variables;
 #ifdef RBTI_BLOCKS
     const int spins = conditions->spin || conditions->grain;
-    const int law = rbti_law_of(table, spins), known = !spins || table->population.n_shapes > 0;
+    const int law = rbti_choose_law(table, spins), known = !spins || table->population.n_shapes > 0;
     double *inertia_after = states ? conditions->inertia_after : NULL;
     if (count >= RBTI_FEWEST_IN_BLOCK && law != RBTI_SPHERE && known && RBTI_DRAWS_BLOCKS()) {
         if (spins)

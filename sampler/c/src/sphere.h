@@ -21,7 +21,7 @@ enum { RBTI_RESISTANCE_EXPONENTIAL_ORIENTATION, RBTI_RESISTANCE_CONSTANT,
 #define RBTI_LEAST_ANGLE 1e-300
 
 /* Lower one of the two neighbours of x among growing numbers, and the weight of the upper one. */
-RBTI_INLINE RBT_DEVICE int rbti_neighbour(const double *nodes, int count, double x, double *weight)
+RBTI_INLINE RBT_DEVICE int rbti_lower_neighbour(const double *nodes, int count, double x, double *weight)
 {
     int k = 0;
     while (k < count - 2 && nodes[k + 1] <= x)
@@ -35,8 +35,8 @@ RBTI_INLINE RBT_DEVICE double rbti_tabulated(const double *table, double angle, 
 {
     const int n = (int)table[0], m = (int)table[1], right = m > 1;
     double p, q;
-    const int i = rbti_neighbour(table + 2, n, angle, &p);
-    const int j = rbti_neighbour(table + 2 + n, m, speed, &q);
+    const int i = rbti_lower_neighbour(table + 2, n, angle, &p);
+    const int j = rbti_lower_neighbour(table + 2 + n, m, speed, &q);
     const double *low = table + 2 + n + m + i * m + j, *high = low + (n > 1 ? m : 0);
     return (1.0 - p) * ((1.0 - q) * low[0] + q * low[right]) +
            p * ((1.0 - q) * high[0] + q * high[right]);
@@ -88,7 +88,7 @@ RBTI_INLINE RBT_DEVICE double rbti_tangential_impulse(const rbt_table *table, do
 /* Rebound of a sphere: all variables of its state. `spin` may be NULL. The rotational energy is over the
    kinetic energy before, works are over m V^2 / 2. No energy is gained, whatever the numbers of the
    laws. */
-RBTI_INLINE RBT_DEVICE void rbti_sphere(const rbt_table *table, double alpha1, double speed,
+RBTI_INLINE RBT_DEVICE void rbti_rebound_sphere(const rbt_table *table, double alpha1, double speed,
                                         const double *spin, double values[RBT_VALUES])
 {
     const double angle = rbti_bounded(alpha1, RBTI_LEAST_ANGLE, RBTI_HALF_PI);
@@ -120,7 +120,7 @@ RBTI_NOT_INLINED RBT_DEVICE void rbti_sphere_state(const rbt_table *table, doubl
                                                    double *state)
 {
     double values[RBT_VALUES];
-    rbti_sphere(table, alpha1, speed, spin, values);
+    rbti_rebound_sphere(table, alpha1, speed, spin, values);
     for (int k = 0; k < variables; k++)
         state[k] = rbti_has_variable(table, k) ? values[k] : 0.0;
 }

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tablegen.accuracy.comparison import Measured
+from tablegen.accuracy.comparison import ConditionDistances
 from tablegen.accuracy.judgement import Judged, advice, judge
 from tablegen.accuracy.metrics import Estimate
 from tablegen.config.metric_table import CHAIN_LIMITS, METRICS, SPIN_PRESETS
@@ -14,7 +14,7 @@ SPIN = SpinTargets(**SPIN_PRESETS["compact"], **CHAIN_LIMITS)
 
 def measured(alpha_deg=40.0, **estimates):
     good = {name: Estimate(getattr(TARGETS, name), 0.0) for name in METRICS}
-    return Measured(alpha_deg, 100.0, {**good, **estimates})
+    return ConditionDistances(alpha_deg, 100.0, {**good, **estimates})
 
 
 @pytest.mark.parametrize(
