@@ -446,8 +446,8 @@ class Table:
         -----
         The mean is that of 2**18 draws with fixed keys, so equal arguments give equal results, and
         the error varies slowly with angle and speed. Its standard error is 0.002 standard
-        deviations of the variable. A condition takes some 15 ms. In `counts`, a condition outside
-        the table counts as one draw.
+        deviations of the variable. A condition takes tens of milliseconds. In `counts`, a condition
+        outside the table counts as one draw.
 
         Examples
         --------
