@@ -160,7 +160,7 @@ def _chosen_particles(
     aspect: tuple[float, float] | None,
 ) -> "Population":
     """Return the particles that the options ask for: a shape, a mixture, or a mesh."""
-    from tablegen.config.mesh import read_mesh
+    from tablegen.meshes.mesh_file import read_mesh
 
     has_one_shape = len(population.strata()) == 1
     if particle is None and (shape is not None or has_one_shape):

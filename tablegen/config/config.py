@@ -28,12 +28,12 @@ from tablegen.config.field_types import (
     VariableNames,
 )
 from tablegen.config.grains import GRAINS, named_population
-from tablegen.config.mesh import read_mesh
 from tablegen.config.metric_table import CHAIN_LIMITS
 from tablegen.config.pairs import MaterialPair
 from tablegen.config.population import Population
 from tablegen.config.scenes import Tree, merged, parse_toml
 from tablegen.config.targets import AccuracyTargets, SpinTargets
+from tablegen.meshes.mesh_file import read_mesh
 from tablegen.model.model_bounds import CONTACT_RESOLUTION, TOLERANCE
 
 

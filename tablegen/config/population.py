@@ -1,26 +1,23 @@
 """Particle populations: shapes and meshes with weights, and the law of the aspect ratios."""
 
-from collections.abc import Sequence
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, ValidationError, create_model, model_validator
-from scipy.spatial import ConvexHull
 from scipy.special import ndtr
 
 from sampler.errors import InputError
-from sampler.formats.bounds import LEAST_RATIO
 from sampler.formats.shape_codes import SHAPE_CODES, SHAPE_NAMES
 from sampler.formats.shape_geometry import TRUNCATION, Geometry, geometry_of_shape
 from tablegen.config.complaints import refusal, shown
 from tablegen.config.defaults import MIXTURE
 from tablegen.config.field_types import AspectPair, AspectRange, Line, Record
-from tablegen.config.mesh import MeshFile, MeshParticle, Vertices, cached_particle
 from tablegen.config.particles_text import particles_text
-from tablegen.config.support_map_builder import SLACK
+from tablegen.meshes.mesh_file import MeshFile
+from tablegen.meshes.particle import MeshParticle, Vertices, cached_particle, mesh_arguments
 from tablegen.model.model_bounds import ASPECT
-from tablegen.model.shapes import FIRST_MESH, MeshArguments, longest_list
+from tablegen.model.shapes import FIRST_MESH, MeshArguments
 
 #: Least probability of the range of a truncated normal law. With less, the two ends of the range
 #: would have the same normal quantile by rounding.
@@ -129,46 +126,6 @@ class MeshShape(Record):
         return cached_particle(self.vertices)
 
 
-def _ordered_sizes(particle: MeshParticle) -> tuple[float, float]:
-    """Find b and c of a mesh over a, as of other grains: its ratios b/a and c/b are at most 1.
-
-    The moments of inertia decide the order of the axes, so that the extent along the second or the
-    third may be the largest.
-    """
-    _, b, c = particle.half_sizes
-    b_over_a = min(max(b, LEAST_RATIO), 1.0)
-    return b_over_a, b_over_a * min(max(c / b, LEAST_RATIO), 1.0)
-
-
-def _mesh_geometry(particle: MeshParticle) -> Geometry:
-    """Compute the geometry of a mesh. Its ratios are fixed, so its surface counts as of a box."""
-    b, c = _ordered_sizes(particle)
-    hull, mean_moment = ConvexHull(particle.vertices), float(particle.moments.mean())
-    surface = float(hull.area) / (b + b * c + c)
-    return Geometry(float(hull.volume) / (b * c), mean_moment / (1.0 + b * b + c * c), surface, 0.0)
-
-
-def _mesh_arguments(particles: Sequence[MeshParticle]) -> MeshArguments:
-    """Put meshes one after another in arrays, for kernels."""
-    maps = [particle.support_map for particle in particles]
-    lengths = [(len(one.starts), len(one.points)) for one in maps]
-    firsts = np.zeros((len(particles) + 1, 2), dtype=np.int64)
-    np.cumsum(np.array(lengths, dtype=np.int64).reshape(-1, 2), axis=0, out=firsts[1:])
-    sizes = [(*_ordered_sizes(p), p.bounding_radius) for p in particles]
-    none = np.empty((0, 3))
-    return MeshArguments(
-        moments=np.array([p.moments for p in particles]).reshape(-1, 3),
-        sizes=np.array(sizes, dtype=np.float64).reshape(-1, 3),
-        reach=np.array([p.reach for p in particles]).reshape(-1, 3),
-        firsts=firsts,
-        resolutions=np.array([one.resolution for one in maps], dtype=np.int64),
-        slack=SLACK,
-        longest=max((longest_list(one) for one in maps), default=0),
-        starts=np.concatenate([np.zeros(0, dtype=np.int64), *(one.starts for one in maps)]),
-        points=np.concatenate([none, *(one.points for one in maps)]),
-    )
-
-
 class Stratum(NamedTuple):
     """Part of a population that has one form."""
 
@@ -264,10 +221,10 @@ class Population(Record):
         codes = (SHAPE_CODES[name] for name in self.shapes.positive())
         shapes = {code: geometry_of_shape(code, self.truncation) for code in codes}
         meshes = enumerate(self._weighty_meshes(), FIRST_MESH)
-        return shapes | {code: _mesh_geometry(mesh.particle()) for code, mesh in meshes}
+        return shapes | {code: mesh.particle().geometry() for code, mesh in meshes}
 
     def with_mesh(self, mesh: MeshFile) -> "Population":
-        """Give all particles the shape of one mesh, from `tablegen.config.mesh.read_mesh`."""
+        """Give all particles the shape of one mesh, from `tablegen.meshes.mesh_file.read_mesh`."""
         meshes = (MeshShape(file=mesh.name, vertices=mesh.vertices),)
         return self.model_copy(update={"shapes": ShapeWeights(), "meshes": meshes})
 
@@ -308,5 +265,5 @@ class Population(Record):
             cumulative_weights=shares / shares[-1],
             truncation=self.truncation,
             aspect=(self.aspect or _ROUND).kernel_rows(),
-            meshes=_mesh_arguments([mesh.particle() for mesh in meshes]),
+            meshes=mesh_arguments([mesh.particle() for mesh in meshes]),
         )

@@ -28,6 +28,7 @@ tree                  divides the conditions into leaves
 leaf                  fits one leaf, rounds it as a file stores it, and makes its quantiles
 experts               a mixture of linear regressions, fitted by expectation-maximisation
 expectation           the kernels of this fit and of that of the mixture
+tile_products         sums of products in vector registers, for these kernels
 rounding              rounds coefficients together, so that their sums change little
 spin_scores           draws scores from a rounded leaf, for its quantiles
 ====================  ==============================================================================

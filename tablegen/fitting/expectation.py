@@ -21,8 +21,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tablegen.fitting.tile_products import TILE_COLUMNS, TILE_ROWS, write_tile
 from tablegen.model.jit import inline_kernel, kernel
-from tablegen.model.tile_products import TILE_COLUMNS, TILE_ROWS, write_tile
 
 Single = NDArray[np.float32]
 

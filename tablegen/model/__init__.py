@@ -33,8 +33,7 @@ defining form.
 The other files make the kernels fast and repeatable, and know nothing of the physics: jit compiles
 them, simd gives them vector registers, memory gives them arrays, lockstep and particle_run call
 them for many particles, elementary and random_numbers give functions and random numbers with the
-same bits everywhere, float_array names a type. tile_products is for the fit in `tablegen.fitting`:
-it is here because all code in LLVM is.
+same bits everywhere, float_array names a type.
 
 How a kernel is written
 -----------------------

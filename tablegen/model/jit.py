@@ -59,7 +59,12 @@ _NO_REFCOUNT = {"_nrt": False}
 
 #: Files and folders that can change the result of a kernel.
 _ROOT = Path(__file__).parents[2]
-_SOURCES = ("tablegen/model", "sampler/formats", "sampler/errors.py")
+_SOURCES = (
+    "tablegen/model",
+    "tablegen/fitting/tile_products.py",
+    "sampler/formats",
+    "sampler/errors.py",
+)
 
 #: Number of folders of other sources that are kept when a new folder is made.
 _KEPT_FOLDERS = 7

@@ -7,12 +7,12 @@ moments q = <x^2> / a^2 = <y^2> / b^2 = <z^2> / c^2, which are 1/5 for ellipsoid
 
     j1 = q (b^2 + c^2),   j2 = q (1 + c^2),   j3 = q (1 + b^2).
 
-A mesh (`tablegen.config.mesh`) is a polyhedron too, with its own moments and a support map, which
+A mesh (`tablegen.meshes`) is a polyhedron too, with its own moments and a support map, which
 lists for each direction the few vertices that can lie farthest along it. Directions are sorted into
 the cells of a cube map: a cube around the origin, whose sides are divided into squares. A cell
 lists every vertex that supports the body in some direction up to ``slack`` away from the cell. So
 the list of a direction stays complete while the body turns by ``slack``, and a contact search over
-a grain of a thousand vertices looks at about ten of them. `tablegen.config.support_map_builder`
+a grain of a thousand vertices looks at about ten of them. `tablegen.meshes.support_map_builder`
 makes the lists.
 
 Units: lengths in a, mass one. Source of the shapes: Panfilov & Tsirkunov 2022; the paper does not

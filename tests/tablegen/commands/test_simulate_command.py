@@ -10,7 +10,7 @@ from mesh_fixtures import POPULATION, grain, rebounds, surface, two_cubes
 from sampler.formats.channels import STATE
 from sampler.formats.shape_codes import FIRST_MESH
 from tablegen.config.config import load_config
-from tablegen.config.mesh import read_mesh
+from tablegen.meshes.mesh_file import read_mesh
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 

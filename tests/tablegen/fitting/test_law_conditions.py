@@ -9,7 +9,6 @@ from mesh_fixtures import box
 from sampler.formats.bounds import LEAST_RATIO
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import load_config
-from tablegen.config.mesh import MeshFile
 from tablegen.fitting.law_conditions import (
     LawRange,
     chain_impacts,
@@ -31,6 +30,7 @@ from tablegen.fitting.spin_coordinates import (
     kappa_from_inertia,
     kappa_from_place,
 )
+from tablegen.meshes.mesh_file import MeshFile
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import effective_speed, simulate_departures

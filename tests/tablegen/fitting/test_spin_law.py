@@ -13,9 +13,9 @@ from sampler.formats.hdf5 import read_table
 from sampler.formats.layout import GROUP, SPIN_DATASETS
 from tablegen.accuracy.metrics import ks_distances
 from tablegen.checkpoints import TaskRunner
-from tablegen.config.mesh import MeshFile
 from tablegen.fitting.leaf import fit_leaf
 from tablegen.fitting.spin_law import speed_coordinate, spin_law
+from tablegen.meshes.mesh_file import MeshFile
 from tablegen.simulation.impact_chains import energy_factor
 from tablegen.tables.generate import generate
 from tablegen.tables.plan import make_plan

@@ -17,7 +17,7 @@ from mesh_fixtures import (
 from motion_fixtures import random_rotations, run_rebound
 from scipy.spatial.transform import Rotation
 
-from tablegen.config.mesh import mesh_particle
+from tablegen.meshes.particle import mesh_particle
 from tablegen.simulation.simulate import make_condition
 
 

@@ -14,7 +14,8 @@ import sampler
 import tablegen
 from sampler.files import data_directory
 from tablegen.config.config import load_config, parse_config
-from tablegen.config.mesh import MOST_VERTICES, SUFFIXES, mesh_particle, read_mesh
+from tablegen.meshes.mesh_file import SUFFIXES, read_mesh
+from tablegen.meshes.particle import MOST_VERTICES, mesh_particle
 from tablegen.model.shapes import FIRST_MESH
 
 PAIR_TEXT = (data_directory() / "corundum-steel.toml").read_text(encoding="utf-8")

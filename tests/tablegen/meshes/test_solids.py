@@ -5,7 +5,7 @@ import pytest
 from mesh_fixtures import box, cylinder, grain, posed, tetrahedron
 from scipy.spatial import ConvexHull
 
-from tablegen.config.solids import FlatError, mass_of, principal_axes, true_vertices
+from tablegen.meshes.solids import FlatError, mass_of, principal_axes, true_vertices
 
 
 def subdivided(points):

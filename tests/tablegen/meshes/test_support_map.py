@@ -8,8 +8,8 @@ import pytest
 from mesh_fixtures import box, cylinder, directions, grain, icosphere, posed, tetrahedron
 from scipy.spatial import ConvexHull
 
-from tablegen.config.mesh import mesh_particle
-from tablegen.config.support_map_builder import SLACK, make_map
+from tablegen.meshes.particle import mesh_particle
+from tablegen.meshes.support_map_builder import SLACK, make_map
 from tablegen.model.jit import kernel
 from tablegen.model.shapes import direction_cell, support_depth, support_range
 

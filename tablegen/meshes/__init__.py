@@ -1,0 +1,1 @@
+"""Meshes: files of them, their convex hull as a particle, and what kernels read of it."""
