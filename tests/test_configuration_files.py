@@ -14,7 +14,7 @@ MADE = ("sampler/c/rebound_sampler.h",)
 
 #: A path from the root of the repository to a file: the folder is one of ours.
 _PATH = re.compile(
-    r"(?<![\w/.$}-])((?:docs|sampler|tablegen|tables|tests|\.ci)/(?:[\w.-]+/)*[\w-]+\.(?:py|md|h|c|cu|f90|h5|toml|csv|sh|png|C|H|j2))\b"
+    r"(?<![\w/.$}-])((?:docs|sampler|tablegen|tables|tests|tools|\.ci)/(?:[\w.-]+/)*[\w-]+\.(?:py|md|h|c|cu|f90|h5|toml|csv|sh|png|C|H|j2))\b"
 )
 
 
@@ -76,7 +76,7 @@ def test_paths_in_pyproject_exist():
 
 
 SUFFIXES = (".md", ".py", ".pyi", ".toml", ".h", ".c", ".cu", ".f90", ".C", ".H", ".sh")
-FOLDERS = ("docs", "sampler", "tablegen", "tables", "tests", ".ci")
+FOLDERS = ("docs", "sampler", "tablegen", "tables", "tests", "tools", ".ci")
 #: These two tests name files that do not exist.
 NOT_CHECKED = (Path(__file__), Path(__file__).with_name("test_documents.py"))
 

@@ -77,7 +77,7 @@ def test_commands_in_sentences_are_accepted(path, tmp_path):
 
 SOURCES = [
     path
-    for folder in ("sampler", "tablegen", "tests", "docs")
+    for folder in ("sampler", "tablegen", "tests", "docs", "tools")
     for path in (ROOT / folder).rglob("*.py")
 ]
 
@@ -101,7 +101,7 @@ def test_commands_in_docstrings_and_comments_are_accepted(tmp_path):
         ("run `sampler draw\ncorundum-steel --angle 30`", "--angle"),
         ("run `python tests/benchmarks/bench_nothing.py`", "bench_nothing.py"),
         ("run `python docs/examples/bend.py --grains 3`", "--grains"),
-        ("run `python -m sampler.formats.nothing`", "sampler.formats.nothing"),
+        ("run `python tools/nothing.py`", "tools/nothing.py"),
         ("run `pytest -m long`", "long"),
         ("run `pytest -m study -k no_such_test`", "no_such_test"),
         ("run `pytest tests/nothing.py`", "tests/nothing.py"),

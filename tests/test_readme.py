@@ -12,7 +12,7 @@ from sampler.formats.hdf5 import read_table
 from tablegen import load_config, simulate
 from tablegen.accuracy import chains
 
-sys.path.insert(0, str(ROOT / "docs" / "studies"))
+sys.path.insert(0, str(ROOT / "tools"))
 from accuracy_of_tables import COLUMNS, filled_readme
 
 DATASETS = {path for datasets in COLUMNS.values() for path in datasets}
@@ -54,7 +54,7 @@ def test_half_sizes_are_those_of_the_shipped_population():
 
 
 def test_the_accuracy_of_the_tables_is_that_of_their_files():
-    command = "python docs/studies/accuracy_of_tables.py --write"
+    command = "python tools/accuracy_of_tables.py --write"
     assert filled_readme(README) == README, f"README.md is out of date: {command}"
 
 

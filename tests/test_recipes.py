@@ -22,7 +22,7 @@ class Tree:
         no_tables = shutil.ignore_patterns(
             "*.h5", "*.so", "__pycache__", "openfoam", "code_saturne"
         )
-        for name in ("sampler", "tablegen", "tables"):
+        for name in ("sampler", "tablegen", "tables", "tools"):
             shutil.copytree(ROOT / name, folder / name, ignore=no_tables)
         paths = folder, ROOT / "tests", ROOT / "tests/sampler", ROOT / "tests/tablegen"
         self.environment = os.environ | {
@@ -51,8 +51,8 @@ class Tree:
 
     def build(self):
         """Run the commands of the page."""
-        self.run("-m", "sampler.formats.generated_code")
-        self.run("-m", "sampler.formats.format_page")
+        self.run("tools/generated_code.py")
+        self.run("tools/format_page.py")
         self.run("sampler/c/build.py")
 
 

@@ -27,7 +27,7 @@ module rebound_sampler
   public :: rbt_half_size, rbt_mean_inertia, rbt_sphericity, rbt_mean_half_size, rbt_moment_of_inertia
   public :: rbt_critical_speed, rbt_deposits
 
-  ! Codes, and places of the variables in a state; by `python -m sampler.formats.generated_code`.
+  ! Codes, and places of the variables in a state; by `python tools/generated_code.py`.
   ! begin constants
   integer(c_int), parameter, public :: &
       RBT_OK = 0, RBT_ANGLE = 1, RBT_SPEED = 2, RBT_SPIN = 4, RBT_EXTRAPOLATED = 8, &

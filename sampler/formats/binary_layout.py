@@ -2,7 +2,7 @@
 
 A binary table is what a draw reads, so that a program in C maps the file and draws. It begins
 with a header of fixed size, `HEADER`; the arrays of `ARRAYS` follow, each at an offset that is a
-multiple of `ALIGNMENT`. All numbers are little-endian. `sampler.formats.generated_code` writes
+multiple of `ALIGNMENT`. All numbers are little-endian. `tools/generated_code.py` writes
 the parts of the C header and of the Fortran module that follow from it.
 """
 

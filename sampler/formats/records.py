@@ -1,6 +1,6 @@
 """The records of the interface: the one description that all languages follow.
 
-`sampler.formats.generated_code` writes the records of C, of Fortran and of devices; ctypes and
+`tools/generated_code.py` writes the records of C, of Fortran and of devices; ctypes and
 numba make theirs from here. Callers fill them by name in C and in Fortran.
 """
 

@@ -25,11 +25,11 @@ from harness import HERE, ROOT, in_turns  # isort: skip
 import numba
 import numpy as np
 import toolchain
+from marked_parts import filled
 
 import sampler
 import sampler.numba
 from sampler.files import find_table
-from sampler.formats.format_page import filled
 from sampler.formats.hdf5 import read_table
 from sampler.formats.image import write_binary_table
 from sampler.library import Impacts, Rebounds

@@ -10,7 +10,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 TESTS, ROOT = HERE.parent, HERE.parents[1]
 
-for _folder in (TESTS, TESTS / "embedding", TESTS / "reference", ROOT):
+for _folder in (TESTS, TESTS / "embedding", TESTS / "reference", ROOT / "tools", ROOT):
     sys.path.insert(0, str(_folder))
 
 # Compiled kernels are cached in a folder of their own for each state of the sources.

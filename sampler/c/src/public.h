@@ -111,7 +111,7 @@ extern "C" {
 #endif
 
 /* Version of this library; codes, which rbt_strerror explains; variables that a state can have. The parts
-   between such marks are written by `python -m sampler.formats.generated_code`. */
+   between such marks are written by `python tools/generated_code.py`. */
 /* begin constants */
 #define RBT_VERSION_MAJOR 1
 #define RBT_VERSION_MINOR 0

@@ -1,14 +1,15 @@
 """Tables of fields on tables/CONFIGURATION.md, made from the records that check a configuration.
 
-Run ``python -m tablegen.config.reference_page`` after a change to a record. Types, bounds and
+Run ``python tools/configuration_page.py`` after a change to a record. Types, bounds and
 defaults are those of the records; `MEANINGS` has the unit and the meaning of each field.
 """
 
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from marked_parts import filled
+
 from sampler.files import data_directory, write_text
-from sampler.formats.format_page import filled
 from tablegen.config.config import Config
 from tablegen.config.grains import GRAINS
 from tablegen.config.metric_table import CHAIN_LIMITS, CHAINS, METRICS, PRESETS, SPIN_PRESETS

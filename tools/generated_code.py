@@ -1,6 +1,6 @@
 """Parts of the C header, of the Fortran module and of a page, made from one description.
 
-Run ``python -m sampler.formats.generated_code`` after a change to `sampler.errors`,
+Run ``python tools/generated_code.py`` after a change to `sampler.errors`,
 `sampler.formats.channels`, `sampler.formats.records` or `sampler.formats.binary_layout`, then
 ``python sampler/c/build.py``; everything outside the marked parts is written by hand.
 """
@@ -11,6 +11,7 @@ import textwrap
 from collections.abc import Iterable
 
 import numpy as np
+from marked_parts import filled
 
 from sampler.errors import CODES, FLAGS, LAST_OF_DRAWS, OUTSIDE, Code
 from sampler.files import include_directory, write_text
@@ -33,7 +34,6 @@ from sampler.formats.channels import (
     MOST_NAMES,
     VARIABLES,
 )
-from sampler.formats.format_page import filled
 from sampler.formats.records import RECORDS
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from sampler.version import __version__

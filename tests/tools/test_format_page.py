@@ -1,13 +1,13 @@
 """The page on the format lists what reader and writer follow."""
 
+import format_page
 import pytest
+from format_page import PAGE, filled_page
 
 from sampler.errors import InputError
 from sampler.files import data_directory
-from sampler.formats import format_page
-from sampler.formats.format_page import PAGE, filled_page
 
-COMMAND = "python -m sampler.formats.format_page"
+COMMAND = "python tools/format_page.py"
 
 
 @pytest.fixture

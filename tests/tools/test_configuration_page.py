@@ -1,13 +1,13 @@
 """The reference of the configuration lists each field of the records, and is up to date."""
 
+import configuration_page
 import pytest
+from configuration_page import MEANINGS, PAGE, TABLES, filled_page
 
 from sampler.files import data_directory
-from tablegen.config import reference_page
 from tablegen.config.config import Config
-from tablegen.config.reference_page import MEANINGS, PAGE, TABLES, filled_page
 
-COMMAND = "python -m tablegen.config.reference_page"
+COMMAND = "python tools/configuration_page.py"
 
 
 @pytest.fixture
@@ -37,7 +37,7 @@ def test_a_meaning_without_a_field_is_noticed(page, monkeypatch):
 
 
 def test_the_command_writes_the_page(page, tmp_path, monkeypatch):
-    monkeypatch.setattr(reference_page, "data_directory", lambda: tmp_path)
+    monkeypatch.setattr(configuration_page, "data_directory", lambda: tmp_path)
     (tmp_path / PAGE).write_text(page.replace("0.045", "0.054"), encoding="utf-8")
-    reference_page.main()
+    configuration_page.main()
     assert (tmp_path / PAGE).read_text(encoding="utf-8") == page

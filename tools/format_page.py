@@ -1,16 +1,15 @@
 """Field lists of tables/FORMAT.md, made from the layouts that reader and writer follow.
 
-Run ``python -m sampler.formats.format_page`` after a change to `sampler.formats.layout` or
-`sampler.formats.binary_layout`; everything outside the marked
-parts of the page is written by hand.
+Run ``python tools/format_page.py`` after a change to `sampler.formats.layout` or
+`sampler.formats.binary_layout`. Everything outside the marked parts of the page is written by hand.
 """
 
 import itertools
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 
 import numpy as np
+from marked_parts import filled
 
-from sampler.errors import InputError
 from sampler.files import data_directory, write_text
 from sampler.formats.binary_layout import layout_text
 from sampler.formats.bounds import QUANTILES, RESISTANCE_LAWS, RESTITUTION_LAWS
@@ -60,25 +59,6 @@ def attributes_text() -> str:
     both = FILE_ATTRIBUTES | ATTRIBUTES
     rows = [f"| `{name}` | {a.kind.__name__} | {a.meaning} |" for name, a in both.items()]
     return "\n".join(head + rows) + "\n"
-
-
-def filled(
-    text: str, name: str, parts: Mapping[str, Callable[[], str]], mark: str = "<!-- {} {} -->"
-) -> str:
-    """Replace the parts of a text by what makes them; `name` is that of its file.
-
-    Each is between a line ``<!-- begin PART -->`` and a line ``<!-- end PART -->``, or of the form
-    `mark`; raises `InputError` if a part is not marked exactly once.
-    """
-    for part, write_part in parts.items():
-        begin, end = (mark.format(word, part) + "\n" for word in ("begin", "end"))
-        if text.count(begin) != 1 or text.count(end) != 1 or text.index(begin) > text.index(end):
-            problem = f"part '{part}' is not marked exactly once"
-            remedy = f"write {begin.strip()} and {end.strip()} around it"
-            raise InputError("", problem=problem, remedy=remedy, source=name)
-        before, rest = text.split(begin)
-        text = f"{before}{begin}{write_part()}{end}{rest.split(end)[1]}"
-    return text
 
 
 def filled_page(page: str) -> str:

@@ -2,14 +2,14 @@
 
 import runpy
 
+import generated_code
 import pytest
+from generated_code import PARTS, generated
 
 from sampler.errors import InputError
 from sampler.files import include_directory
-from sampler.formats import generated_code
-from sampler.formats.generated_code import PARTS, generated
 
-COMMAND = "python -m sampler.formats.generated_code"
+COMMAND = "python tools/generated_code.py"
 
 
 def text_of(name):

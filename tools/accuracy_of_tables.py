@@ -1,7 +1,7 @@
 """The accuracy that each shipped table states, as README shows it.
 
-    python docs/studies/accuracy_of_tables.py
-    python docs/studies/accuracy_of_tables.py --write
+    python tools/accuracy_of_tables.py
+    python tools/accuracy_of_tables.py --write
 
 The second command writes the table into README.md. Nothing is measured here: the numbers are those
 that `tablegen generate` measured when it had made the table, at conditions between its nodes, and
@@ -9,13 +9,15 @@ stored in the file. `tablegen validate NAME` measures them again, with other ran
 """
 
 import argparse
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from sampler.files import available, find_table
-from sampler.formats.format_page import filled
-from sampler.formats.hdf5 import read_table
+from marked_parts import filled
 
-README = Path(__file__).resolve().parents[2] / "README.md"
+from sampler.files import available, find_table
+from sampler.formats.hdf5 import TableContents, read_table
+
+README = Path(__file__).resolve().parents[1] / "README.md"
 
 #: Heads of the columns, each with the datasets of a file that it shows, and their form.
 COLUMNS = {
@@ -28,14 +30,14 @@ COLUMNS = {
 }
 
 
-def largest(contents, datasets):
-    """Largest values of datasets over all conditions."""
+def largest(contents: TableContents, datasets: Mapping[str, str]) -> str:
+    """Write the largest values of datasets over all conditions."""
     values = [f"{float(contents[path].max()):{form}}" for path, form in datasets.items()]
     return ", ".join(values).replace("%", " %")
 
 
-def accuracy_text():
-    """The table in Markdown, a row for each shipped table but those of spheres, which are exact."""
+def accuracy_text() -> str:
+    """Write the table, a row for each shipped table but those of spheres, which are exact."""
     rows = [f"| {' | '.join(['table', *COLUMNS])} |", "|---" * (len(COLUMNS) + 1) + "|"]
     for name in available(".h5"):
         contents = read_table(find_table(name))
@@ -45,13 +47,14 @@ def accuracy_text():
     return "\n".join(rows) + "\n"
 
 
-def filled_readme(text):
-    """README with the present numbers."""
+def filled_readme(text: str) -> str:
+    """Bring the numbers in README up to date."""
     return filled(text, "README.md", {"accuracy": accuracy_text})
 
 
-def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table, or write it into README."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--write", action="store_true", help="write the table into README.md")
     if parser.parse_args(arguments).write:
         README.write_text(filled_readme(README.read_text(encoding="utf-8")), encoding="utf-8")
