@@ -19,6 +19,12 @@ def library():
 
 
 @pytest.fixture(scope="session")
+def optimised(tmp_path_factory):
+    """Compile the functions of the header to an object, as flow codes do."""
+    return toolchain.build_implementation(tmp_path_factory.mktemp("optimised") / "o.o", ["-O2"])
+
+
+@pytest.fixture(scope="session")
 def shipped_file(tmp_path_factory):
     """Write the shipped table as a binary table."""
     path = tmp_path_factory.mktemp("shipped") / "corundum-steel.rbt"

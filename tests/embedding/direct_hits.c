@@ -13,6 +13,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { HITS = 3, GIVEN = 7, WRITTEN = 10 };
 

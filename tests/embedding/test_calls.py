@@ -18,7 +18,7 @@ STRICT = ["-Wdouble-promotion", "-DRBT_API=static"]
 @pytest.mark.parametrize(
     ("compiler", "flags"),
     [
-        ("gcc", ["-O1"]),  # which brings warnings of its own; of g++ in `test_vectors`
+        ("gcc", toolchain.QUICK),  # optimised, which brings warnings of its own: `optimised`
         ("clang", ["-O0"]),
         ("g++", ["-std=c++11", *toolchain.QUICK]),
         ("clang++", ["-std=c++11", "-O0"]),
@@ -30,9 +30,10 @@ def test_strict_compilers_have_no_warning(compiler, flags, tmp_path):
     assert min(drawn, refused) > 1000
 
 
-def test_floating_point_traps_end_no_call(tmp_path):
+def test_floating_point_traps_end_no_call(optimised, tmp_path):
     """Flow codes set traps: of divisions by zero, overflows and invalid operations."""
-    traps = toolchain.build("gcc", [SOURCE.with_name("traps.c")], tmp_path / "traps", ["-O2"])
+    sources = [SOURCE.with_name("traps.c"), optimised]
+    traps = toolchain.build("gcc", sources, tmp_path / "traps", ["-O1", toolchain.LINKED])
     spheres = tmp_path / "spheres.rbt"
     write_binary_table(spheres, read_table(find_table("kharaz-2001")))
     for image in (*(VECTORS / f"{name}.rbt" for name in ("spin-works", "full")), spheres):
@@ -42,11 +43,8 @@ def test_floating_point_traps_end_no_call(tmp_path):
 def test_sanitizers_find_nothing_in_the_vectors_and_in_20000_records(tmp_path):
     """And each row of a record has a finite result, or NaN and the code of an error."""
     flags = ["-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-    (tmp_path / "library.c").write_text(toolchain.IMPLEMENTATION)
-    library = toolchain.build(
-        "gcc", [tmp_path / "library.c"], tmp_path / "library.o", ["-c", *flags]
-    )
-    flags += ["-DREBOUND_SAMPLER_IMPLEMENTED"]  # in the library
+    library = toolchain.build_implementation(tmp_path / "library.o", flags)
+    flags += [toolchain.LINKED]
     vectors = SOURCE.with_name("vectors.c")
     vectors = toolchain.build("gcc", [vectors, library], tmp_path / "vectors", flags)
     check_vectors(vectors, tmp_path, 0)

@@ -210,7 +210,8 @@ def test_nvrtc_compiles_it_as_cupy_does():
 
 def test_nvcc_compiles_the_example(tmp_path):
     example = toolchain.INCLUDE / "tracker.cu"
-    toolchain.compile_with("nvcc", ["-arch=compute_75", "-ptx", example], tmp_path / "tracker.ptx")
+    flags = ["-arch=compute_75", "-ptx", "-Xcicc", "-O0"]
+    toolchain.compile_with("nvcc", [*flags, example], tmp_path / "tracker.ptx")
 
 
 @pytest.mark.parametrize("real", ["double", pytest.param("float", marks=pytest.mark.study)])

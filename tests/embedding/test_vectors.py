@@ -66,8 +66,8 @@ def test_binary_tables_are_those_of_the_tables(name, tmp_path):
     assert (tmp_path / "t.rbt").read_bytes() == (VECTORS / f"{name}.rbt").read_bytes()
 
 
-NATIVE = "-O2 -march=native -std=gnu17"
-STATIC = "-O1 -DRBT_API=static -Wno-unused-function"
+NATIVE = "-O1 -march=native -std=gnu17"
+STATIC = " ".join(["-DRBT_API=static", "-Wno-unused-function", *toolchain.QUICK])
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,9 @@ IMPLEMENTATION = '#define REBOUND_SAMPLER_IMPLEMENTATION\n#include "rebound_samp
 #: gcc compiles functions for one kind of processor only, in half of the time.
 ONE_COPY = "-DRBT_NO_CLONES"
 
+#: A program that includes the header takes its functions from an object that it is linked with.
+LINKED = "-DREBOUND_SAMPLER_IMPLEMENTED"
+
 #: gcc optimises nothing, as under its sanitizer, in a fifth of the time.
 QUICK = ["-O0", "-D__SANITIZE_ADDRESS__"]
 
@@ -73,6 +76,13 @@ def build(compiler, sources, program, flags=()):
     language = ["-x", "c++"] if compiler in ("g++", "clang++") else []
     compile_with(compiler, [*language, *flags, *sources, "-lm"], program)
     return Path(program)
+
+
+def build_implementation(path, flags):
+    """Compile the functions of the header to an object, and return its path."""
+    source = path.with_suffix(".c")
+    source.write_text(IMPLEMENTATION)
+    return build("gcc", [source], path, ["-c", *flags])
 
 
 def build_on_host(source, program, flags=()):

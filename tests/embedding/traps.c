@@ -13,6 +13,7 @@
 #endif
 
 #include <fenv.h>
+#include <math.h>
 #include <stdio.h>
 
 static size_t calls;

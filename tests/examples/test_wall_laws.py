@@ -10,9 +10,16 @@ from scipy.integrate import solve_ivp
 from tqdm import tqdm
 
 import sampler
+from sampler import law
 from tablegen import DirectModel
 
 SIZES = 30e-6, 100e-6  # m
+
+
+@pytest.fixture
+def few_draws(monkeypatch):
+    """Means of a table from 4096 draws, which are off by up to a fiftieth of the spread."""
+    monkeypatch.setattr(law, "DRAWS", 2**12)
 
 
 def test_gas_flows_around_the_cylinders():
@@ -53,8 +60,8 @@ def test_flights_are_those_of_an_independent_integration():
 def test_means_are_those_of_the_polynomials():
     """The polynomials of Grant & Tabakoff at 30 degrees, for the wall y = 0."""
     velocity, normal = 100.0 * np.array([[0.75**0.5, -0.5, 0.0]]), np.array([[0.0, 1.0, 0.0]])
-    law = wall_laws.mean_law(*wall_laws.MEANS["Grant & Tabakoff"])
-    after, *_ = law(velocity, normal, 1e-5, None, None)
+    means = wall_laws.mean_law(*wall_laws.MEANS["Grant & Tabakoff"])
+    after, *_ = means(velocity, normal, 1e-5, None, None)
     np.testing.assert_allclose(after[0], [52.0, 21.4, 0.0], atol=0.2)
 
 
@@ -76,6 +83,7 @@ def test_tables_are_direct_simulation_and_spheres_are_not(models, config, count,
     assert max(off["table"], off["compact table"]) < 3.0 < off["sphere"]
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_command_prints_and_draws(tmp_path, capsys):
     wall_laws.main(["--grains", "60", "--sizes", "50", "60", "--output", str(tmp_path)])
     assert capsys.readouterr().out.count("| Forder | ") == 1
@@ -89,22 +97,24 @@ def test_cost_of_walls_is_that_of_equal_draws(table, tmp_path, capsys):
     hits = velocity, -velocity, np.full(n, 5e-5), omega, rng.uniform(0.1, 0.3, n) * 3e-5**2
     keys = {"seed": 1, "index": np.arange(n), "hit": np.arange(n)}
     laws = wall_laws.table_law(table), wall_cost.numba_law(table)
-    for batch, single in zip(*(law(*hits, **keys) for law in laws), strict=True):
+    for batch, single in zip(*(wall(*hits, **keys) for wall in laws), strict=True):
         np.testing.assert_allclose(single, batch, rtol=1e-12)
     wall_cost.main(["--grains", "100", "--figure", str(tmp_path / "cost.png")])
     assert "| table, one by one | " in capsys.readouterr().out
     assert (tmp_path / "cost.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_means_of_the_table_are_those_of_its_draws():
+    """Within five standard errors of 4096 draws that spread by at most 30 m/s."""
     table, (low, high) = sampler.load("corundum-steel"), (0.4, 1.2)
-    rng, n = np.random.default_rng(1), 200_000
+    rng, n = np.random.default_rng(1), 50_000
     angle, index = rng.uniform(low, high, n), np.arange(n)
     velocity = 90.0 * np.column_stack([np.cos(angle), -np.sin(angle), 0.0 * angle])
     normal = np.tile([0.0, 1.0, 0.0], (n, 1))
     mean, omega, moment = wall_laws.table_mean_law(table)(velocity, normal, 1e-5, None, None)
     drawn = table.rebound(velocity, normal, 1e-5, grain="fresh", seed=1, index=index, hit=0)
     assert (omega, moment) == (None, None)
-    np.testing.assert_allclose(mean.mean(axis=0), drawn.velocity.mean(axis=0), atol=0.3)
+    np.testing.assert_allclose(mean.mean(axis=0), drawn.velocity.mean(axis=0), atol=2.4)
     # no scatter: the law is a smooth function of the angle
     assert np.abs(np.diff(mean[np.argsort(angle)], axis=0)).max() < 0.1

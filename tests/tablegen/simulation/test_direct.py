@@ -1,6 +1,7 @@
 """`DirectModel` is a table: its methods, codes and counts, and states by direct simulation."""
 
 import pickle
+from functools import cache
 
 import numba
 import numpy as np
@@ -22,10 +23,20 @@ from tablegen.simulation.simulate import make_condition, simulate_condition
 CONFIG = load_config("corundum-steel")
 #: Prisms that can all turn with an inertia of 0.4.
 SOLID = CONFIG.population.restricted_to("prism").with_aspect(0.9, 0.6)
-MODEL, CROWDED = silent_model(CONFIG), silent_model(CONFIG, CROWD)
 SPIN = (0.3, 0.0, -0.8)
 IMPACT = {"alpha1": 0.6, "speed": 120.0, "spin": SPIN}
 KEYS = {"seed": 4, "index": np.arange(500), "hit": 1}
+
+
+@cache
+def model():
+    """Model of the shipped pair; made by the first test, which may have to compile it."""
+    return silent_model(CONFIG)
+
+
+@cache
+def crowded():
+    return silent_model(CONFIG, CROWD)
 
 
 def mixed_impacts(n, seed=1):
@@ -69,12 +80,12 @@ class TestAgainstSimulate:
         condition = make_condition(0.5, 170.0, SPIN)
         simulation = simulate_condition(CONFIG.pair, CROWD, condition, 300, seed=7, stream=4)
         keys = {"seed": 7, "index": np.arange(300), "hit": 4}
-        states = CROWDED.sample(0.5, 170.0, spin=SPIN, grain="fresh", **keys)
+        states = crowded().sample(0.5, 170.0, spin=SPIN, grain="fresh", **keys)
         np.testing.assert_array_equal(states, simulation.state)
         # the same grains given
         assert set(simulation.shape) == {*SHAPE_CODES.values(), FIRST_MESH, FIRST_MESH + 1}
         grains = np.column_stack([simulation.shape, simulation.aspect])
-        states = CROWDED.sample(0.5, 170.0, spin=SPIN, grain=grains, **keys)
+        states = crowded().sample(0.5, 170.0, spin=SPIN, grain=grains, **keys)
         np.testing.assert_array_equal(states, simulation.state)
 
 
@@ -86,56 +97,56 @@ class TestKeys:
     def test_in_any_order_batch_and_number_of_threads(self):
         alpha, speed, spin = mixed_impacts(self.N)
         index, hit = np.arange(self.N), np.arange(self.N) % 5
-        whole = MODEL.sample(alpha, speed, spin=spin, seed=1, index=index, hit=hit, threads=2)
+        whole = model().sample(alpha, speed, spin=spin, seed=1, index=index, hit=hit, threads=2)
         order = np.random.default_rng(2).permutation(self.N)
         for part in (order[:6], order[6:]):
             keys = {"seed": 1, "index": index[part], "hit": hit[part], "threads": 1}
-            states = MODEL.sample(alpha[part], speed[part], spin=spin[part], **keys)
+            states = model().sample(alpha[part], speed[part], spin=spin[part], **keys)
             np.testing.assert_array_equal(states, whole[part])
 
     def test_lab_frame_in_any_order(self):
         velocity, normal, omega = lab_impacts(400)
         keys = {"seed": 1, "index": np.arange(400), "hit": 2}
-        first = CROWDED.rebound(velocity, normal, 1e-5, omega=omega, **keys)
+        first = crowded().rebound(velocity, normal, 1e-5, omega=omega, **keys)
         inertia = first.inertia
-        whole = CROWDED.rebound(
+        whole = crowded().rebound(
             velocity, normal, 1e-5, omega=omega, inertia=inertia, threads=2, **keys
         )
         assert (whole.velocity != first.velocity).any(axis=1).mean() > 0.8
         for k in (0, 17, 399):
             own = {"omega": omega[k], "inertia": inertia[k], "index": k}
-            one = CROWDED.rebound(velocity[k], normal[k], 1e-5, seed=1, hit=2, **own)
+            one = crowded().rebound(velocity[k], normal[k], 1e-5, seed=1, hit=2, **own)
             assert [part.shape for part in one] == [(3,), (3,), ()]
             for part, of_all in zip(one, whole, strict=True):
                 np.testing.assert_array_equal(part, of_all[k])
 
     def test_generators_and_shapes(self):
-        one = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
-        same = MODEL.sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
+        one = model().sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
+        same = model().sample(0.5, 100.0, rng=np.random.default_rng(1), size=(2, 3))
         np.testing.assert_array_equal(one, same)
-        many = MODEL.sample(0.5, 100.0, spin=np.zeros((4, 1, 3)), seed=1, index=[[1, 2]], hit=0)
+        many = model().sample(0.5, 100.0, spin=np.zeros((4, 1, 3)), seed=1, index=[[1, 2]], hit=0)
         assert (one.shape, many.shape) == ((2, 3, 6), (4, 2, 6))
-        assert MODEL.sample([], 100.0, seed=1, index=3).shape == (0, 6)
+        assert model().sample([], 100.0, seed=1, index=3).shape == (0, 6)
 
 
 class TestGrain:
     """A particle has its own grain at every hit, or a fresh one if that is asked for."""
 
     def test_own_is_that_of_the_particle_at_every_hit(self):
-        grains = CROWDED.grains(5, range(400))
+        grains = crowded().grains(5, range(400))
         assert set(grains[:, 0]) == {0, 1, 2, 3, 4, FIRST_MESH, FIRST_MESH + 1}
         for hit in (0, 3):
             keys = {"seed": 5, "index": np.arange(400), "hit": hit}
-            own = CROWDED.sample(**IMPACT, **keys)
-            given = CROWDED.sample(**IMPACT, grain=grains, **keys)
+            own = crowded().sample(**IMPACT, **keys)
+            given = crowded().sample(**IMPACT, grain=grains, **keys)
             np.testing.assert_array_equal(own, given)
-            fresh = CROWDED.sample(**IMPACT, grain="fresh", **keys)
+            fresh = crowded().sample(**IMPACT, grain="fresh", **keys)
             assert (own == fresh).all() == (hit == 0)
 
     def test_is_that_of_the_table(self):
         table, index = sampler.load("corundum-steel"), np.arange(2000)
         np.testing.assert_array_equal(
-            MODEL.grains(2**64 - 3, index), table.grains(2**64 - 3, index)
+            model().grains(2**64 - 3, index), table.grains(2**64 - 3, index)
         )
 
 
@@ -144,10 +155,10 @@ class TestLabFrame:
 
     def test_is_the_frame_of_the_wall(self):
         alpha, speed, spin = mixed_impacts(500)
-        states = MODEL.sample(alpha, speed, spin=spin, **KEYS)
+        states = model().sample(alpha, speed, spin=spin, **KEYS)
         velocity = speed[:, None] * np.column_stack([np.cos(alpha), -np.sin(alpha), 0.0 * alpha])
         scale = speed[:, None] / 2e-5
-        v, omega, _ = MODEL.rebound(velocity, [0.0, 1.0, 0.0], 2e-5, omega=scale * spin, **KEYS)
+        v, omega, _ = model().rebound(velocity, [0.0, 1.0, 0.0], 2e-5, omega=scale * spin, **KEYS)
         # last digits of the angle grow in a long chain of collisions
         assert np.quantile(np.abs(v / speed[:, None] - states[:, :3]), 0.99) < 1e-12
         assert np.abs(v / speed[:, None] - states[:, :3]).max() < 1e-6
@@ -156,9 +167,9 @@ class TestLabFrame:
     def test_turns_and_moves_with_the_wall(self):
         velocity, normal, omega = lab_impacts(500)
         turn, moves = Rotation.random(random_state=3), np.array([30.0, -200.0, 7.0])
-        inertia = MODEL.rebound(velocity, normal, 1e-5, omega=omega, **KEYS).inertia
-        v, after, left = MODEL.rebound(velocity, normal, 1e-5, omega=omega, inertia=inertia, **KEYS)
-        turned, spun, kept = MODEL.rebound(
+        inertia = model().rebound(velocity, normal, 1e-5, omega=omega, **KEYS).inertia
+        v, after, left = model().rebound(velocity, normal, 1e-5, omega=omega, inertia=inertia, **KEYS)
+        turned, spun, kept = model().rebound(
             turn.apply(velocity) + moves,
             3.0 * turn.apply(normal),
             2e-5,
@@ -177,31 +188,31 @@ class TestInertia:
     """The inertia about a spin, as an argument and as a result."""
 
     def test_that_is_not_known_is_that_of_a_uniform_orientation(self):
-        none = MODEL.sample(**IMPACT, **KEYS)
-        np.testing.assert_array_equal(MODEL.sample(**IMPACT, inertia=0.0, **KEYS), none)
+        none = model().sample(**IMPACT, **KEYS)
+        np.testing.assert_array_equal(model().sample(**IMPACT, inertia=0.0, **KEYS), none)
 
     def test_of_what_does_not_spin_does_not_matter(self):
         still = IMPACT | {"spin": np.zeros(3)}
         for inertia in (0.0, 0.2, 9.0):
-            states = MODEL.sample(**still, inertia=inertia, **KEYS)
-            expected = MODEL.sample(0.6, 120.0, spin=np.zeros(3), **KEYS)
+            states = model().sample(**still, inertia=inertia, **KEYS)
+            expected = model().sample(0.6, 120.0, spin=np.zeros(3), **KEYS)
             np.testing.assert_array_equal(states, expected)
 
     def test_of_a_single_moment_and_of_fresh_grains(self):
         after, spheres = np.empty(500), {"grain": (4.0, 1.0, 1.0)}
-        CROWDED.sample(**IMPACT, **spheres, inertia=0.4, inertia_after=after, **KEYS)
+        crowded().sample(**IMPACT, **spheres, inertia=0.4, inertia_after=after, **KEYS)
         np.testing.assert_array_equal(after, 0.4)
-        MODEL.sample(0.6, 120.0, inertia_after=after, **KEYS)
+        model().sample(0.6, 120.0, inertia_after=after, **KEYS)
         np.testing.assert_array_equal(after, 0.0)
-        head_on = CROWDED.sample(np.pi / 2, 9.0, **spheres, inertia_after=after, **KEYS)
+        head_on = crowded().sample(np.pi / 2, 9.0, **spheres, inertia_after=after, **KEYS)
         np.testing.assert_array_equal(after, np.where(head_on[:, 3:].any(axis=1), 0.4, 0.0))
 
     def test_is_given_back_at_the_next_wall_to_single_precision(self):
         velocity, normal, _ = lab_impacts(500)
         keys = {"seed": 4, "index": np.arange(500)}
-        first = CROWDED.rebound(velocity, normal, 1e-5, hit=0, **keys)
+        first = crowded().rebound(velocity, normal, 1e-5, hit=0, **keys)
         for inertia in (first.inertia, first.inertia.astype("f4")):
-            CROWDED.rebound(
+            crowded().rebound(
                 velocity, normal, 1e-5, omega=first.omega, inertia=inertia, hit=1, **keys
             )
 
@@ -230,7 +241,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("usual", "field", "change"), REFUSED)
 def test_bad_input_is_refused_in_one_line(usual, field, change):
-    refused(field, MODEL.sample if "alpha1" in usual else MODEL.rebound, **usual | change)
+    refused(field, model().sample if "alpha1" in usual else model().rebound, **usual | change)
 
 
 #: Conditions beyond the range, the kind of the flag, and the nearest condition.
@@ -271,7 +282,7 @@ def test_codes_of_rows_in_place_of_errors():
     velocity = [[80.0, -60.0, 0.0], [80.0, 60.0, 0.0], [np.nan, -1.0, 0.0], [8.0, -6.0, 0.0]]
     codes, works = np.empty(4, np.intc), np.empty((4, 2))
     given = {"omega": [[1.0, 2.0, 3.0]] * 4, "inertia": 0.0, "codes": codes, "works": works}
-    after = MODEL.rebound(velocity, [0.0, 1.0, 0.0], 1e-5, seed=2, index=range(4), hit=1, **given)
+    after = model().rebound(velocity, [0.0, 1.0, 0.0], 1e-5, seed=2, index=range(4), hit=1, **given)
     assert codes.tolist() == [0, sampler.errors.NOT_APPROACHING, sampler.errors.NOT_FINITE, 8]
     np.testing.assert_array_equal(after.velocity[1], velocity[1])
     np.testing.assert_array_equal(after.omega[1], [1.0, 2.0, 3.0])
@@ -297,14 +308,14 @@ def test_moments_and_quantiles_are_those_of_simulations():
 def test_it_has_what_a_table_has():
     table = sampler.load("corundum-steel")
     public = {name for name in dir(table) if not name.startswith("_")}
-    assert public <= {name for name in dir(MODEL) if not name.startswith("_")}
-    assert MODEL.mean_half_size(2e-5) == pytest.approx(table.mean_half_size(2e-5), rel=1e-12)
-    assert MODEL.shape_geometry == table.shape_geometry
-    again = pickle.loads(pickle.dumps(MODEL))
-    states = [model.sample(0.5, 90.0, seed=1, index=range(9)) for model in (MODEL, again)]
+    assert public <= {name for name in dir(model()) if not name.startswith("_")}
+    assert model().mean_half_size(2e-5) == pytest.approx(table.mean_half_size(2e-5), rel=1e-12)
+    assert model().shape_geometry == table.shape_geometry
+    again = pickle.loads(pickle.dumps(model()))
+    states = [one.sample(0.5, 90.0, seed=1, index=range(9)) for one in (model(), again)]
     np.testing.assert_array_equal(*states)
     with pytest.raises(sampler.InputError, match="direct simulation does not run on a GPU"):
-        MODEL.to_device()
+        model().to_device()
 
 
 @pytest.mark.parametrize("config", ["kharaz-2001", None, CONFIG.pair])
@@ -316,7 +327,7 @@ def test_first_bad_row_is_named_whatever_the_batches():
     alpha = np.full(3 * LONGEST_SLICE, 0.5)
     alpha[[LONGEST_SLICE + 3, 2 * LONGEST_SLICE + 1]] = -1.0
     given = {"seed": 1, "index": range(3 * LONGEST_SLICE), "threads": 2}
-    assert f" at row {LONGEST_SLICE + 3} " in refused("alpha1", MODEL.sample, alpha, 100.0, **given)
+    assert f" at row {LONGEST_SLICE + 3} " in refused("alpha1", model().sample, alpha, 100.0, **given)
 
 
 @pytest.mark.parametrize(
@@ -375,17 +386,17 @@ class TestCompiledCode:
     def test_states(self):
         alpha, speed, spin = mixed_impacts(300)
         inertia, out = np.full(300, 0.3), np.empty((300, 6))
-        assert _states_in_numba(MODEL.handle, alpha, speed, spin, inertia, out) == 0
+        assert _states_in_numba(model().handle, alpha, speed, spin, inertia, out) == 0
         given = {"spin": spin, "inertia": inertia, "index": np.arange(300), "hit": 2}
-        np.testing.assert_array_equal(out, MODEL.sample(alpha, speed, seed=7, **given))
+        np.testing.assert_array_equal(out, model().sample(alpha, speed, seed=7, **given))
 
     @pytest.mark.parametrize("roughness", [0.0, 0.2])
     def test_rebounds(self, roughness):
         velocity, normal, omega = lab_impacts(300)
         out, works = np.empty((300, 9)), np.empty((300, 2))
-        assert _rebounds_in_numba(MODEL.handle, velocity, normal, omega, roughness, out) == 0
+        assert _rebounds_in_numba(model().handle, velocity, normal, omega, roughness, out) == 0
         given = {"omega": omega, "roughness": roughness or None, "works": works}
         keys = {"seed": 7, "index": np.arange(300), "hit": 2}
-        after = MODEL.rebound(velocity, normal, 1e-5, **given, **keys)
+        after = model().rebound(velocity, normal, 1e-5, **given, **keys)
         expected = np.column_stack([after.velocity, after.omega, after.inertia, works])
         np.testing.assert_array_equal(out, expected)

@@ -1,5 +1,7 @@
 """Chains of impacts: a particle flies and spins to the next wall as it left the last one."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -20,15 +22,24 @@ from tablegen.simulation.impact_chains import (
 )
 
 CONFIG = load_config("corundum-steel")
-LAW, MODEL = DirectLaw.from_config(CONFIG), silent_model(CONFIG)
 INDEX = np.arange(400, dtype=np.uint64)
+
+
+@cache
+def law():
+    """Law of the shipped pair; made by the first test, which may have to compile it."""
+    return DirectLaw.from_config(CONFIG)
+
+
+def grains():
+    return silent_model(CONFIG).grains(3, INDEX)
 
 
 @pytest.fixture(scope="module")
 def departures():
     alpha = np.radians(np.linspace(0.5, 90.0, len(INDEX)))
-    start = first_impacts(alpha, np.full(len(INDEX), 200.0), MODEL.grains(3, INDEX), INDEX)
-    return simulate_departures(LAW, start, 3)
+    start = first_impacts(alpha, np.full(len(INDEX), 200.0), grains(), INDEX)
+    return simulate_departures(law(), start, 3)
 
 
 def frames_of(departures, impacts, reflected):
@@ -75,7 +86,7 @@ def test_the_next_impact_is_that_of_the_lab_frame(departures, any_wall):
 
 def test_energies_before_and_after_an_impact_add_up(departures):
     impacts = next_impacts(departures, np.full(len(INDEX), True), np.full((len(INDEX), 2), 0.3))
-    left = simulate_departures(LAW, impacts, 3)
+    left = simulate_departures(law(), impacts, 3)
     before = energy_factor(impacts.spin, impacts.inertia) ** 2
     after = np.sum(left.states[:, :3] ** 2, axis=1)
     after += left.inertia * np.sum(left.states[:, 3:] ** 2, axis=1)
@@ -88,13 +99,13 @@ def test_energies_before_and_after_an_impact_add_up(departures):
 
 
 def test_the_direct_model_simulates_possible_impacts():
-    grain = MODEL.grains(3, INDEX)
+    grain = grains()
     impacts = first_impacts(np.full(400, 1e-4), np.full(400, 1e-12), grain, INDEX)
     impacts = impacts._replace(spin=np.geomspace(1e-3, 900.0, 1200).reshape(400, 3))
     raised = raise_to_limits(impacts)
     turned = 2.0 * np.linalg.norm(raised.spin, axis=1) / np.sin(raised.alpha1)
     assert turned.max() < MOST_TURNED
-    assert np.isfinite(simulate_departures(LAW, raised, 3).states).all()
+    assert np.isfinite(simulate_departures(law(), raised, 3).states).all()
     # impacts that can be simulated stay as they are
     usual = first_impacts(np.full(400, 0.5), np.full(400, 100.0), grain, INDEX)
     for one, two in zip(usual, raise_to_limits(usual), strict=True):
@@ -102,7 +113,7 @@ def test_the_direct_model_simulates_possible_impacts():
 
 
 def test_impacts_are_selected_and_joined():
-    grain = MODEL.grains(3, INDEX)
+    grain = grains()
     impacts = first_impacts(np.linspace(0.1, 1.0, 400), np.full(400, 100.0), grain, INDEX)
     parts = [impacts.select(slice(0, 100)), impacts.select(np.arange(100, 400))]
     for one, two in zip(join_impacts(parts), impacts, strict=True):

@@ -1,5 +1,7 @@
 """Direct rebounds from rough walls: the runtime's facets, spin and grain kept, no energy gained."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from refusals import refused
@@ -10,11 +12,16 @@ from sampler.arguments import MAX_ROUGHNESS
 from tablegen.config.config import load_config
 from tablegen.simulation.direct import DirectModel, silent_model
 
-MODEL = silent_model(load_config("corundum-steel"))
 UP, HALF_SIZE, N = np.array([0.0, 1.0, 0.0]), 1e-5, 400
 IDS = np.arange(N)
 VELOCITY = np.array([120.0, -90.0, 0.0])
 OMEGA = np.array([1e5, -2e5, -4e6])
+
+
+@cache
+def model():
+    """Model of the shipped pair; made by the first test, which may have to compile it."""
+    return silent_model(load_config("corundum-steel"))
 
 
 @pytest.mark.parametrize("isotropic", [False, True])
@@ -34,15 +41,15 @@ def test_bounces_are_smooth_ones_from_facets_with_spin_grain_and_inertia_kept(is
     """Each bounce again from a smooth wall, the facet of the reference in plain Python."""
     velocity = np.array([20.0, -140.0, 0.0])  # one in five hits again
     keys = {"seed": 3, "index": IDS, "hit": 2, "roughness": 0.5, "isotropic": isotropic}
-    rebounds = MODEL.rebound(velocity, UP, HALF_SIZE, omega=OMEGA, **keys)
-    grains = MODEL.grains(3, IDS)
+    rebounds = model().rebound(velocity, UP, HALF_SIZE, omega=OMEGA, **keys)
+    grains = model().grains(3, IDS)
 
     def bounced(keeps):
         moving, omega = np.tile(velocity, (N, 1)), np.tile(OMEGA, (N, 1))
         inertia, rows, bounces = np.zeros(N), IDS, 0
         while len(rows):
             key = seed_of_bounce(3, bounces)
-            moving[rows], omega[rows], inertia[rows] = MODEL.rebound(
+            moving[rows], omega[rows], inertia[rows] = model().rebound(
                 moving[rows],
                 facets(moving[rows], key, 0.5, isotropic, rows, hit=2),
                 HALF_SIZE,
@@ -71,12 +78,12 @@ def same(one, other):
 def test_no_roughness_is_the_smooth_wall():
     keys = {"omega": OMEGA, "seed": 3, "index": IDS, "hit": 1}
     for grain in ("own", "fresh", (1.0, 0.8, 0.7)):
-        smooth = MODEL.rebound(VELOCITY, UP, HALF_SIZE, grain=grain, **keys)
-        zero = MODEL.rebound(VELOCITY, UP, HALF_SIZE, grain=grain, roughness=0.0, **keys)
+        smooth = model().rebound(VELOCITY, UP, HALF_SIZE, grain=grain, **keys)
+        zero = model().rebound(VELOCITY, UP, HALF_SIZE, grain=grain, roughness=0.0, **keys)
         same(smooth, zero)
-    moving = MODEL.rebound(VELOCITY + 7.0, UP, HALF_SIZE, wall_velocity=[7.0] * 3, **keys)
+    moving = model().rebound(VELOCITY + 7.0, UP, HALF_SIZE, wall_velocity=[7.0] * 3, **keys)
     rough = {"wall_velocity": [7.0] * 3, "roughness": 0.0}
-    rebounds = MODEL.rebound(VELOCITY + 7.0, UP, HALF_SIZE, **rough, **keys)
+    rebounds = model().rebound(VELOCITY + 7.0, UP, HALF_SIZE, **rough, **keys)
     same(moving, rebounds)
 
 
@@ -85,15 +92,15 @@ def test_results_do_not_depend_on_threads_or_batches():
     n = 6_000  # two batches
     roughness = rng.uniform(0.0, MAX_ROUGHNESS, n)
     keys = {"seed": 9, "index": np.arange(n)}
-    one = MODEL.rebound(VELOCITY, UP, HALF_SIZE, roughness=roughness, threads=1, **keys)
-    two = MODEL.rebound(VELOCITY, UP, HALF_SIZE, roughness=roughness, threads=2, **keys)
+    one = model().rebound(VELOCITY, UP, HALF_SIZE, roughness=roughness, threads=1, **keys)
+    two = model().rebound(VELOCITY, UP, HALF_SIZE, roughness=roughness, threads=2, **keys)
     same(one, two)
-    single = MODEL.rebound(VELOCITY, UP, HALF_SIZE, roughness=roughness[5500], seed=9, index=5500)
+    single = model().rebound(VELOCITY, UP, HALF_SIZE, roughness=roughness[5500], seed=9, index=5500)
     same([part[5500] for part in one], single)
 
 
 def test_bad_input_is_refused():
     impact, keys = (VELOCITY, UP, HALF_SIZE), {"seed": 1, "index": [0, 1]}
     for roughness in (-0.1, 0.51, np.nan):
-        refused("roughness", MODEL.rebound, *impact, roughness=[0.1, roughness], **keys)
-    refused("velocity", MODEL.rebound, -VELOCITY, UP, HALF_SIZE, roughness=0.1, **keys)
+        refused("roughness", model().rebound, *impact, roughness=[0.1, roughness], **keys)
+    refused("velocity", model().rebound, -VELOCITY, UP, HALF_SIZE, roughness=0.1, **keys)
