@@ -4,6 +4,7 @@
 Kernels of tests and examples also call those of other tests and examples.
 """
 
+import contextlib
 import hashlib
 import os
 import re
@@ -28,6 +29,29 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(Path(tempfile.gettempdir()) / _fold
 # start would inherit that; these tests send it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_configure(config):
+    """Let one process of a test run compile the direct model, and the others load what it wrote."""
+    if hasattr(config, "workerinput"):
+        with contextlib.suppress(ImportError):  # Windows; an installation without the generator
+            _compile_one_at_a_time()
+
+
+def _compile_one_at_a_time():
+    import fcntl
+
+    from tablegen.simulation import direct_law
+
+    compiled, folder = direct_law.compiled_simulation, Path(os.environ["NUMBA_CACHE_DIR"])
+
+    def one_at_a_time():
+        folder.mkdir(parents=True, exist_ok=True)
+        with open(folder / "lock", "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            return compiled()
+
+    direct_law.compiled_simulation = one_at_a_time
 
 
 @pytest.fixture

@@ -56,14 +56,7 @@ class Tree:
         self.run("sampler/c/build.py")
 
 
-@pytest.fixture
-def tree(tmp_path):
-    if not shutil.which("gcc"):
-        pytest.skip("needs gcc")
-    return Tree(tmp_path)
-
-
-def test_a_contact_law(tree):
+def add_contact_law(tree):
     tree.edit(
         "sampler/formats/bounds.py", '"power", "tabulated")', '"power", "tabulated", "falling")'
     )
@@ -105,25 +98,9 @@ def test_a_contact_law(tree):
         "        e = c / (1.0 + exponent * speed);\n"
         "    else if (kind == RBTI_RESTITUTION_POWER)\n",
     )
-    tree.build()
-    assert "| 5 | falling |" in (tree.folder / "tables/FORMAT.md").read_text(encoding="utf-8")
-    script = """
-import math, sampler
-from tablegen.config.config import load_config
-from tablegen.model.contact_laws import restitution
-from tablegen.model.jit import kernel
-from tablegen.tables.spheres import sphere_contents
-law = {"law": "falling", "coefficient": 0.8, "slowness": 0.01, "valid_speed": [1.0, 200.0]}
-pair = {"restitution": law | {"source": "made up"}}
-config = load_config("kharaz-2001").with_changes({"pair": pair, "domain": {"speed": [1.0, 200.0]}})
-table = sampler.Table(sphere_contents(config))
-state = table.sample(math.pi / 2, 100.0, seed=1, index=0)
-print(kernel(restitution)(config.pair.kernel_arguments(), 100.0, 1.0), state[1])
-"""
-    assert [*map(float, tree.run("-c", script).split())] == pytest.approx([0.4, 0.4], rel=1e-12)
 
 
-def test_a_shape(tree):
+def add_shape(tree):
     """An octahedron: the middles of the six faces of the box."""
     tree.edit("sampler/formats/shape_codes.py", '"sphere")', '"sphere", "octahedron")')
     tree.edit(
@@ -154,7 +131,85 @@ def test_a_shape(tree):
         "                n += 1\n"
         "        elif shape == TRUNCATED_PRISM:\n",
     )
+
+
+def add_variable(tree):
+    """The translational energy after the rebound, over that before."""
+    tree.edit(
+        "sampler/formats/channels.py", '    "work_shear",\n)', '    "work_shear",\n    "moving",\n)'
+    )
+    tree.edit(
+        "sampler/formats/channels.py",
+        '    "omega_x": ("omega_x",),\n',
+        '    "moving": ("v", "u_hat", "w_hat"),\n    "omega_x": ("omega_x",),\n',
+    )
+    tree.edit(
+        "tablegen/simulation/scene_variables.py",
+        '    if name == "rotational_energy":\n        return simulation.energy[:, 1]\n',
+        '    if name == "rotational_energy":\n        return simulation.energy[:, 1]\n'
+        '    if name == "moving":\n        return np.square(simulation.state[:, :3]).sum(axis=1)\n',
+    )
+    tree.edit(
+        "sampler/c/src/nodes.h",
+        "            state[RBT_COLLISIONS] =",
+        "            state[RBT_MOVING] = u[r] * u[r] + v[r] * v[r] + w[r] * w[r];\n"
+        "            state[RBT_COLLISIONS] =",
+    )
+    tree.edit(
+        "sampler/c/src/sphere.h",
+        "    values[RBT_COLLISIONS] = 1.0;\n",
+        "    values[RBT_COLLISIONS] = 1.0;\n"
+        "    values[RBT_MOVING] = values[RBT_U] * values[RBT_U] + away * away +\n"
+        "                         values[RBT_W] * values[RBT_W];\n",
+    )
+
+
+def add_flag(tree):
+    tree.edit(
+        "sampler/errors.py",
+        '    Code("ERR_MISSING", -1,',
+        '    Code("GRAZING", 16, "the impact is flatter than 0.4 rad"),\n'
+        '    Code("ERR_MISSING", -1,',
+    )
+    tree.edit(
+        "sampler/c/src/nodes.h",
+        "    return rbti_is_outside(alpha1, table->alpha.low, table->alpha.high) * RBT_ANGLE |",
+        "    return (alpha1 < 0.4) * RBT_GRAZING |\n"
+        "           rbti_is_outside(alpha1, table->alpha.low, table->alpha.high) * RBT_ANGLE |",
+    )
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """A tree in which all recipes were followed, and the files were made anew once."""
+    if not shutil.which("gcc"):
+        pytest.skip("needs gcc")
+    tree = Tree(tmp_path_factory.mktemp("recipes"))
+    for add in (add_contact_law, add_shape, add_variable, add_flag):
+        add(tree)
     tree.build()
+    return tree
+
+
+def test_a_contact_law(tree):
+    assert "| 5 | falling |" in (tree.folder / "tables/FORMAT.md").read_text(encoding="utf-8")
+    script = """
+import math, sampler
+from tablegen.config.config import load_config
+from tablegen.model.contact_laws import restitution
+from tablegen.model.jit import kernel
+from tablegen.tables.spheres import sphere_contents
+law = {"law": "falling", "coefficient": 0.8, "slowness": 0.01, "valid_speed": [1.0, 200.0]}
+pair = {"restitution": law | {"source": "made up"}}
+config = load_config("kharaz-2001").with_changes({"pair": pair, "domain": {"speed": [1.0, 200.0]}})
+table = sampler.Table(sphere_contents(config))
+state = table.sample(math.pi / 2, 100.0, seed=1, index=0)
+print(kernel(restitution)(config.pair.kernel_arguments(), 100.0, 1.0), state[1])
+"""
+    assert [*map(float, tree.run("-c", script).split())] == pytest.approx([0.4, 0.4], rel=1e-12)
+
+
+def test_a_shape(tree):
     header = (tree.folder / "sampler/c/rebound_sampler.h").read_text(encoding="utf-8")
     assert "RBT_SPHERE, RBT_OCTAHEDRON" in header
     script = """
@@ -185,35 +240,6 @@ print(table.grains(1, 0)[0], float(np.isfinite(state).all()))
 
 
 def test_a_variable(tree):
-    """The translational energy after the rebound, over that before."""
-    tree.edit(
-        "sampler/formats/channels.py", '    "work_shear",\n)', '    "work_shear",\n    "moving",\n)'
-    )
-    tree.edit(
-        "sampler/formats/channels.py",
-        '    "omega_x": ("omega_x",),\n',
-        '    "moving": ("v", "u_hat", "w_hat"),\n    "omega_x": ("omega_x",),\n',
-    )
-    tree.edit(
-        "tablegen/simulation/scene_variables.py",
-        '    if name == "rotational_energy":\n        return simulation.energy[:, 1]\n',
-        '    if name == "rotational_energy":\n        return simulation.energy[:, 1]\n'
-        '    if name == "moving":\n        return np.square(simulation.state[:, :3]).sum(axis=1)\n',
-    )
-    tree.edit(
-        "sampler/c/src/nodes.h",
-        "            state[RBT_COLLISIONS] =",
-        "            state[RBT_MOVING] = u[r] * u[r] + v[r] * v[r] + w[r] * w[r];\n"
-        "            state[RBT_COLLISIONS] =",
-    )
-    tree.edit(
-        "sampler/c/src/sphere.h",
-        "    values[RBT_COLLISIONS] = 1.0;\n",
-        "    values[RBT_COLLISIONS] = 1.0;\n"
-        "    values[RBT_MOVING] = values[RBT_U] * values[RBT_U] + away * away +\n"
-        "                         values[RBT_W] * values[RBT_W];\n",
-    )
-    tree.build()
     script = """
 import numpy as np, sampler
 from small_tables import scene
@@ -232,19 +258,6 @@ for contents in (scene(names), sphere_contents(config)):
 
 
 def test_a_flag(tree):
-    tree.edit(
-        "sampler/errors.py",
-        '    Code("ERR_MISSING", -1,',
-        '    Code("GRAZING", 16, "the impact is flatter than 0.4 rad"),\n'
-        '    Code("ERR_MISSING", -1,',
-    )
-    tree.edit(
-        "sampler/c/src/nodes.h",
-        "    return rbti_is_outside(alpha1, table->alpha.low, table->alpha.high) * RBT_ANGLE |",
-        "    return (alpha1 < 0.4) * RBT_GRAZING |\n"
-        "           rbti_is_outside(alpha1, table->alpha.low, table->alpha.high) * RBT_ANGLE |",
-    )
-    tree.build()
     codes = (tree.folder / "sampler/CODES.md").read_text(encoding="utf-8")
     assert "| 16 `RBT_GRAZING` | the impact is flatter than 0.4 rad |" in codes
     script = """

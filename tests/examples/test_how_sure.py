@@ -21,7 +21,7 @@ def test_yield_laws_meet_the_measured_one_and_rise_to_one(config):
 
 
 def test_command_prints(capsys):
-    how_sure.main(["--grains", "1000"])
+    how_sure.main(["--grains", "200"])
     rows = capsys.readouterr().out.splitlines()
     assert rows[4].startswith("| tabulated | ")
     # the tabulated law is that of the pair

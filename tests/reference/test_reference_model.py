@@ -13,7 +13,7 @@ from reference_model import SHAPES
 
 from tablegen.simulation.simulate import CONTACT_RESOLUTION
 
-COUNT, SEED = 1000, 61
+COUNT, SEED = 500, 61
 NON_SPHERICAL = [name for name in SHAPES if name != "sphere"]
 
 #: Angle [deg], speed [m/s], spin: grazing, the angles of the benchmarks, slow, fast, with spin.
@@ -48,7 +48,7 @@ def differing(fast, states, chosen=slice(None)):
 def test_both_models_agree_on_each_particle(shape, alpha_deg, speed, spin):
     fast, states, collisions = follow(shape, alpha_deg, speed, spin)
     few = fast.collisions <= 3
-    assert np.count_nonzero(few) > 150
+    assert np.count_nonzero(few) > 75
     # at most 0.1 % and 0.85 % were measured, all of them particles with a missed contact
     assert differing(fast, states, few) <= 0.005
     assert differing(fast, states) <= 0.02
@@ -62,10 +62,10 @@ def test_both_models_agree_on_each_particle(shape, alpha_deg, speed, spin):
 def test_a_finer_step_leaves_no_difference(shape, alpha_deg, speed, spin):
     # so the differences above are errors of the reference, however long the chain of collisions
     fast, states, collisions = follow(shape, alpha_deg, speed, spin, {"step": 0.005})
-    assert np.mean(collisions != fast.collisions) <= 0.001
-    assert differing(fast, states) <= 0.001
+    assert np.mean(collisions != fast.collisions) <= 0.004
+    assert differing(fast, states) <= 0.004
     once = (fast.collisions == 1) & (collisions == 1)
-    assert np.count_nonzero(once) > 25
+    assert np.count_nonzero(once) > 10
     # with spin, the instant of the contact has an error too
     assert np.abs(states - fast.state)[once].max() <= (1e-7 if any(spin) else 1e-8)
 
@@ -96,18 +96,18 @@ EXTREMES = [
 def test_extreme_particles_follow_a_reference_of_finer_steps(shape, form):
     population = CONFIG.population.restricted_to(shape).with_aspect(*FORMS[form])
     for condition in EXTREMES:
-        fast, states, collisions = pathwise.follow(population, condition, 60, 7, {"step": 0.005})
+        fast, states, collisions = pathwise.follow(population, condition, 30, 7, {"step": 0.005})
         assert np.all(fast.state[:, 1] > 0.0)
         difference = np.abs(states - fast.state).max(axis=1) / (
             1.0 + np.abs(fast.state).max(axis=1)
         )
         # longer chains carry the 1e-12 at which a contact counts as one to 5e-3 in blades
         few = fast.collisions <= 30
-        assert np.count_nonzero(few) >= 10
+        assert np.count_nonzero(few) >= 5
         # 2 % were measured, in tetrahedra at 70 degrees only
-        assert np.mean(difference[few] > SAME) <= 0.03
+        assert np.count_nonzero(difference[few] > SAME) <= 1
         assert np.median(difference[few]) < 1e-7
-        assert np.mean(fast.collisions[few] == collisions[few]) >= 0.97
+        assert np.count_nonzero(fast.collisions[few] != collisions[few]) <= 1
         assert np.all(difference[~few] < 1e-2)
 
 

@@ -165,7 +165,7 @@ def test_an_option_is_given_once(capsys):
 def test_standard_output_that_takes_nothing(redirection, status, error):
     """What is printed is lost, which is neither success nor a missed accuracy."""
     command = f"'{sys.executable}' -c 'import time; time.sleep(0.2); from sampler.cli import main; "
-    command += f'import sys; sys.exit(main(["list"]))\' {redirection}; exit ${{PIPESTATUS[0]}}'
+    command += f'import sys; sys.exit(main(["--version"]))\' {redirection}; exit ${{PIPESTATUS[0]}}'
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (status, "")
     line = "sampler: error: cannot write to standard output: "

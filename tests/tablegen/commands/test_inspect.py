@@ -20,6 +20,7 @@ from tablegen.commands.inspect import identity, identity_text
 from tablegen.config.config import load_config, parse_config
 from tablegen.config.metric_table import PRESETS
 from tablegen.model.contact_laws import exponential_restitution
+from tablegen.tables.prune import prune
 
 
 def test_describes_the_table(run, tiny):
@@ -57,10 +58,9 @@ def test_json_has_what_the_table_has(run, refused, tiny):
     )
 
 
-def test_a_table_without_measured_accuracy(run, tmp_path):
+def test_a_table_without_measured_accuracy(run, tiny, tmp_path):
     pruned = tmp_path / "pruned.h5"
-    words = ("prune", "corundum-steel-compact", "--scene", "plane-flow", "--output", pruned)
-    assert run(*words).status == DONE
+    prune(tiny.path, TINY.with_changes({"domain": {"variables": ["u", "v"]}}), pruned)
     facts = json.loads(run("inspect", pruned, "--json").out)
     assert (facts["worst"], facts["accuracy"]["auc"]) == (None, [])
     assert "measured          nothing" in run("inspect", pruned).out

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 import tomli_w
+from documents import ROOT
 from refusals import refused
 from tiny_tables import TINY
 
@@ -175,7 +176,7 @@ class TestUnusableFiles:
 class TestStored:
     """The configuration in a table opens no file."""
 
-    TABLE = read_table(data_directory() / "corundum-steel-compact.h5")
+    TEXT = load_config("corundum-steel-compact").text
 
     def naming_a_mesh(self):
         tree = tomllib.loads(PAIR_TEXT)
@@ -187,11 +188,12 @@ class TestStored:
             monkeypatch.setattr(f"tablegen.config.config.{function}", None)
         refused("t.h5: pair", stored_config, SCENE, "t.h5")
         refused("t.h5: population.meshes[0].vertices", stored_config, self.naming_a_mesh(), "t.h5")
-        assert stored_config(self.TABLE.config, "t.h5").pair_name == "corundum-steel"
+        assert stored_config(self.TEXT, "t.h5").pair_name == "corundum-steel"
 
     def test_commands_refuse_a_text_that_is_not_a_configuration(self, run, refuse, tmp_path):
         path = tmp_path / "t.h5"
-        write_table(path, replace(self.TABLE, config="[" * 5000))
+        contents = read_table(ROOT / "tests" / "vectors" / "full.h5")
+        write_table(path, replace(contents, config="[" * 5000))
         assert "config: " in refuse("tablegen", "validate", path)
         assert "declared          cannot be read" in run("inspect", path).out
 

@@ -100,7 +100,7 @@ def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
         "spin": True,
         "domain": domain | {"variables": [*STATE, *WORKS]},
         "table": {"alpha_nodes_deg": [2.0, 90.0], "speed_nodes": [20.0, 300.0]}
-        | {"spin_leaves": 6, "spin_groups": 4, "spin_experts": 8, "spin_rebounds": 40_000},
+        | {"spin_leaves": 6, "spin_groups": 4, "spin_experts": 8, "spin_rebounds": 20_000},
     }
     config = SPINNING.with_changes(changes)
     table = generate(config, tmp_path / "t.h5", conditions=0).table

@@ -113,7 +113,7 @@ def collide_by_reference(impacts, law):
 
 
 def test_velocity_change_is_the_root_found_by_bisection():
-    impacts = random_impacts(np.random.default_rng(20240501), 6000)
+    impacts = random_impacts(np.random.default_rng(20240501), 2000)
     collided = collide_all(impacts, NO_FLOOR)
     expected = collide_by_reference(impacts, reference.Law())
     size = np.linalg.norm(expected, axis=1, keepdims=True)

@@ -105,13 +105,13 @@ def touches_like_dense_search(body, motion, duration):
 def test_no_contact_is_jumped_over(name, rate, make_flight):
     rng = np.random.default_rng(int(10 * rate))
     touched = compared = 0
-    while compared < 12:
+    while compared < 6:
         body, motion = make_flight(rng, name, rate)
         duration = duration_of(body, motion)
         if 0.0 < duration * rate < 60.0:
             touched += touches_like_dense_search(body, motion, duration)
             compared += 1
-    assert touched >= 2
+    assert touched >= 1
 
 
 def lands(body, motion):

@@ -168,7 +168,9 @@ class TestLabFrame:
         velocity, normal, omega = lab_impacts(500)
         turn, moves = Rotation.random(random_state=3), np.array([30.0, -200.0, 7.0])
         inertia = model().rebound(velocity, normal, 1e-5, omega=omega, **KEYS).inertia
-        v, after, left = model().rebound(velocity, normal, 1e-5, omega=omega, inertia=inertia, **KEYS)
+        v, after, left = model().rebound(
+            velocity, normal, 1e-5, omega=omega, inertia=inertia, **KEYS
+        )
         turned, spun, kept = model().rebound(
             turn.apply(velocity) + moves,
             3.0 * turn.apply(normal),
@@ -327,7 +329,9 @@ def test_first_bad_row_is_named_whatever_the_batches():
     alpha = np.full(3 * LONGEST_SLICE, 0.5)
     alpha[[LONGEST_SLICE + 3, 2 * LONGEST_SLICE + 1]] = -1.0
     given = {"seed": 1, "index": range(3 * LONGEST_SLICE), "threads": 2}
-    assert f" at row {LONGEST_SLICE + 3} " in refused("alpha1", model().sample, alpha, 100.0, **given)
+    assert f" at row {LONGEST_SLICE + 3} " in refused(
+        "alpha1", model().sample, alpha, 100.0, **given
+    )
 
 
 @pytest.mark.parametrize(

@@ -14,9 +14,9 @@ from tiny_tables import MEASURED, REFINE, ROUGH
 from tablegen.fitting.node import fit_node
 from tablegen.tables.generate import generate
 
-#: Twelve nodes that take some tenths of a second each.
+#: Twelve nodes that take a tenth of a second each.
 TABLE = {"alpha_nodes_deg": [35.0, 38.0, 41.0, 45.0], "speed_nodes": [60.0, 120.0, 300.0]}
-CONFIG = ROUGH.with_changes({"table": {"samples_per_node": 20_000, **TABLE}})
+CONFIG = ROUGH.with_changes({"table": {"samples_per_node": 5_000, **TABLE}})
 NODES = 12
 
 

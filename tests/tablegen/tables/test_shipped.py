@@ -84,11 +84,11 @@ class TestAccuracy:
     def test_holds_and_a_table_shifted_by_a_speed_node_is_refused(
         self, contents, table, monkeypatch
     ):
-        def missed(a_table, places, samples):
-            distances = measure(a_table, CONFIG, places, seed=11, samples=samples)
+        def missed(a_table, places):
+            distances = measure(a_table, CONFIG, places, seed=11, samples=20_000)
             return {number.name for number in judge(distances, CONFIG.accuracy) if not number.holds}
 
         places, wrong = pick_conditions(table, 2, 11), Table(shifted_speeds(contents))
-        assert missed(table, places, 50_000) == set()
+        assert missed(table, places) == set()
         monkeypatch.setattr("tablegen.accuracy.metrics.TREES", 20)  # others tell it apart
-        assert {"ks", "sliced_wasserstein"} <= missed(wrong, places[1:], 20_000)
+        assert {"ks", "sliced_wasserstein"} <= missed(wrong, places[1:])
