@@ -106,25 +106,28 @@ def test_sample_size_grows_with_the_accuracy():
 
 
 CONFIG = load_config("corundum-steel")
-RIGHT = DirectTable(CONFIG)
-
 OWN = (ComparedCondition(40.0, 100.0, own=True), ComparedCondition(86.0, 250.0, own=True))
 
 
-def test_conditions_with_own_grain_have_streams_of_their_own(streams):
-    (comparison, _) = measure(RIGHT, CONFIG, OWN, seed=5, samples=200)
+@pytest.fixture(scope="module")
+def right():
+    return DirectTable(CONFIG)
+
+
+def test_conditions_with_own_grain_have_streams_of_their_own(right, streams):
+    (comparison, _) = measure(right, CONFIG, OWN, seed=5, samples=200)
     assert {stream for _, _, stream, _ in streams} == {
         FIRST_STREAM + FIRST_OWN + k for k in range(2)
     }
     keys = {"seed": 5, "index": range(200), "hit": FIRST_OWN}
-    expected = RIGHT.sample(np.radians(40.0), 100.0, spin=np.zeros(3), **keys)
+    expected = right.sample(np.radians(40.0), 100.0, spin=np.zeros(3), **keys)
     assert comparison.table == profile(expected)
 
 
-def test_is_stored_as_the_layout_says():
-    hits = measure_chains(RIGHT, CONFIG, seed=5, samples=100)
+def test_is_stored_as_the_layout_says(right):
+    hits = measure_chains(right, CONFIG, seed=5, samples=100)
     for measured, lengths in (
-        ((measure(RIGHT, CONFIG, OWN, seed=5, samples=1000), hits), (2, 60)),
+        ((measure(right, CONFIG, OWN, seed=5, samples=1000), hits), (2, 60)),
         ((), (0, 0)),
     ):
         stored = spin_accuracy_datasets(*measured)
