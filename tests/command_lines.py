@@ -1,10 +1,7 @@
 """Command lines in documents and help pages, parsed by the programs themselves; nothing is run."""
 
 import contextlib
-import re
 import shlex
-import tomllib
-from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -12,7 +9,6 @@ import click
 from documents import ROOT
 
 from sampler.cli import cli as sampler
-from sampler.errors import InputError
 from tablegen.commands.main import cli as tablegen
 
 PROGRAMS = {"tablegen": tablegen, "sampler": sampler}
@@ -67,36 +63,14 @@ def parse(words, folder):
         command.make_context(command.name, rest, parent=context).close()
 
 
-def mistake_in_sentence(command, folder):
-    """Return what is wrong with a command inside a sentence, or None.
-
-    A sentence may leave out what the command needs: `tablegen generate` is the name of a command.
-    """
-    words = shlex.split(command)
-    if program := _words_of_program(words):
-        try:
-            if program[1:]:
-                parse(program, folder)
-        except click.MissingParameter:
-            pass
-        except InputError as error:
-            return str(error)
-        except click.ClickException as error:
-            return error.format_message()
-        return None
-    return mistake_of_script(words)
-
-
 def mistake_of_script(words):
-    """Return the mistake in a call of Python, pytest or a script of this repository, or None."""
+    """Return the mistake in a call of Python or of a script of this repository, or None."""
     if words[0] in ("python", "python3"):
         words = words[1:]
         if words[:1] == ["-m"]:
             first = words[1].partition(".")[0]
             known = first not in ("sampler", "tablegen") or find_spec(words[1]) is not None
             return None if known else f"no module {words[1]}"
-    if words[:1] == ["pytest"]:
-        return _mistake_of_pytest(words[1:])
     if not words or not words[0].endswith((".py", ".sh")):
         return None
     script = ROOT / words[0]
@@ -106,31 +80,4 @@ def mistake_of_script(words):
     for word in words[1:]:
         if word.startswith("--") and f'"{word}"' not in text:
             return f"{words[0]} has no option {word}"
-    return mistake_of_script(words[1:]) if words[1:2] == ["pytest"] else None
-
-
-@cache
-def _names_of_tests():
-    """Names of files, classes and functions that ``pytest -k`` may choose."""
-    files = sorted((ROOT / "tests").rglob("test_*.py"))
-    pattern = re.compile(r"^ *(?:def|class) (\w+)", re.M)
-    names = {name for file in files for name in pattern.findall(file.read_text(encoding="utf-8"))}
-    return names | {file.name for file in files}
-
-
-def _mistake_of_pytest(words):
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    marks = [line.partition(":")[0] for line in project["tool"]["pytest"]["ini_options"]["markers"]]
-    words = iter(words)
-    for word in words:
-        if word == "-m" and (mark := next(words, "")) not in marks:
-            return f"no mark {mark}"
-        if word == "-k":
-            for part in re.findall(r"\w+", next(words, "")):
-                if part not in ("and", "or", "not") and not any(
-                    part in name for name in _names_of_tests()
-                ):
-                    return f"no test has {part} in its name"
-        if "/" in word and not (ROOT / word.partition("::")[0]).exists():
-            return f"no file {word}"
     return None

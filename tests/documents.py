@@ -12,9 +12,6 @@ DOCUMENTS = sorted(path for pattern in _PATTERNS for path in ROOT.glob(pattern))
 #: Fences without a language show a shell, or the output of a program.
 SHELL = ("", "sh", "bash", "shell", "console")
 
-#: Programs whose calls inside sentences are checked.
-CHECKED = ("tablegen", "sampler", "python", "python3", "pytest")
-
 _FENCE = re.compile(
     r"^(?P<indent> *)```(?P<language>\w*)\n(?P<text>.*?)^(?P=indent)```$", re.M | re.S
 )
@@ -39,14 +36,6 @@ def blocks(document):
         Block(m["language"], m["text"], document.count("\n", 0, m.start("text")) + 1)
         for m in _FENCE.finditer(document)
     ]
-
-
-def commands_in_sentences(document):
-    """Inline code that calls a program of `CHECKED`, in order, each on one line."""
-    prose = _FENCE.sub("", document)
-    # code in a docstring has two backticks, and may go on in the next line
-    spans = (" ".join(m[1].split()) for m in re.finditer(r"(?<!`)`{1,2}([^`]+?)`{1,2}(?!`)", prose))
-    return [code for code in spans if code.split()[0] in CHECKED and " " in code]
 
 
 def links(document):

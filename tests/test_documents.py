@@ -5,7 +5,6 @@ import pkgutil
 import re
 import shlex
 import tomllib
-from pathlib import Path
 
 import click
 import documents
@@ -15,7 +14,6 @@ import yaml
 from command_lines import (
     calls,
     logical_lines,
-    mistake_in_sentence,
     mistake_of_script,
     parse,
 )
@@ -69,53 +67,6 @@ def test_commands_are_accepted_and_scripts_exist(path, tmp_path):
 
 
 @every_document
-def test_commands_in_sentences_are_accepted(path, tmp_path):
-    commands = documents.commands_in_sentences(read(path))
-    mistakes = {command: mistake_in_sentence(command, tmp_path) for command in commands}
-    assert {c: m for c, m in mistakes.items() if m} == {}
-
-
-SOURCES = [
-    path
-    for folder in ("sampler", "tablegen", "tests", "docs", "tools")
-    for path in (ROOT / folder).rglob("*.py")
-]
-
-
-def test_commands_in_docstrings_and_comments_are_accepted(tmp_path):
-    mistakes = {
-        (str(path.relative_to(ROOT)), command): mistake_in_sentence(command, tmp_path)
-        for path in SOURCES
-        if path != Path(__file__)  # which names wrong commands below
-        for command in documents.commands_in_sentences(read(path))
-    }
-    assert len(mistakes) > 20
-    assert {c: m for c, m in mistakes.items() if m} == {}
-
-
-@pytest.mark.parametrize(
-    ("sentence", "mistake"),
-    [
-        ("run `tablegen stability --shape sphere --count 1`", "--shape"),
-        ("run `tablegen stabilise`", "stabilise"),
-        ("run `sampler draw\ncorundum-steel --angle 30`", "--angle"),
-        ("run `python tests/benchmarks/bench_nothing.py`", "bench_nothing.py"),
-        ("run `python docs/examples/bend.py --grains 3`", "--grains"),
-        ("run `python tools/nothing.py`", "tools/nothing.py"),
-        ("run `pytest -m long`", "long"),
-        ("run `pytest -m study -k no_such_test`", "no_such_test"),
-        ("run `pytest tests/nothing.py`", "tests/nothing.py"),
-        ("run `tablegen generate` or `python docs/examples/bend.py --count 3`", None),
-    ],
-)
-def test_a_stale_command_in_a_sentence_is_noticed(sentence, mistake, tmp_path):
-    commands = documents.commands_in_sentences(sentence)
-    mistakes = [text for c in commands if (text := mistake_in_sentence(c, tmp_path))]
-    assert len(commands) > 0
-    assert (mistakes == []) if mistake is None else (mistake in mistakes[0])
-
-
-@every_document
 def test_links_lead_to_files_and_headings(path):
     for target in documents.links(read(path)):
         if target.startswith(("http://", "https://", "mailto:")):
@@ -134,13 +85,6 @@ def test_scenes_in_guides_are_configurations(page, tmp_path):
     assert scenes
     for block in scenes:
         parse_config(block.text, f"docs/{page}:{block.line}", tmp_path)
-
-
-def test_files_to_change_exist():
-    section = read(ROOT / "CONTRIBUTING.md").partition("## Add a contact law")[2]
-    paths = re.findall(r"`([\w.]+/[\w./]+)`", section.partition("\n## Rules")[0])
-    assert len(paths) > 20
-    assert [path for path in paths if not (ROOT / path).exists()] == []
 
 
 def exists(name):

@@ -191,20 +191,6 @@ def test_memory_that_is_not_aligned(library):
 SECTIONS = sorted((toolchain.INCLUDE / "src").glob("*.h"))
 
 
-@pytest.mark.parametrize("path", SECTIONS, ids=lambda path: path.stem)
-def test_comments_were_not_joined(path):
-    """A tool that fills lines joins the rows of a table, and leaves `*/` on a line of its own."""
-    text = path.read_text(encoding="utf-8")
-    assert re.findall(r"^\s*\*/\s*$", text, re.M) == []
-    prose = [
-        line
-        for comment in re.findall(r"^/\*.*?\*/", text, re.S | re.M)
-        for line in comment.splitlines()
-        if not line.startswith("     ")  # tables and code in comments are indented further
-    ]
-    assert [line for line in prose if re.search(r"\S {3,}\S", line[3:])] == []
-
-
 def test_the_map_names_each_section():
     prelude = (toolchain.INCLUDE / "src" / "prelude.h").read_text(encoding="utf-8")
     table = prelude.partition("What to change for what:")[2].partition("*/")[0]
