@@ -21,7 +21,7 @@ from tablegen.simulation.direct_law import (
     LawRecord,
     PopulationRecord,
 )
-from tablegen.simulation.exported_law import OBJECT, Target, direct_files
+from tablegen.simulation.exported_law import HEADER, OBJECT, Target, direct_files
 
 HERE = Path(__file__).resolve().parent
 #: A table without a spin law, with which any population goes.
@@ -45,11 +45,14 @@ CASES = {
 HITS = [(case, 0.0) for case in CASES] + [("each shape", 0.2)]
 
 
+#: The kernel, which is the same for all cases.
+KERNEL_TEXT = cache(exported_law.c_function_text)
+
+
 @pytest.fixture(scope="session")
 def objects(tmp_path_factory):
     """Write the object and the header of a case, and return their folder; each is made once."""
     parent, folders = tmp_path_factory.mktemp("direct"), {}
-    kernel_text = cache(exported_law.c_function_text)  # the same for all cases
 
     def make(case):
         if case not in folders:
@@ -58,7 +61,7 @@ def objects(tmp_path_factory):
             folders[case] = parent / case.replace(" ", "-")
             folders[case].mkdir()
             with pytest.MonkeyPatch.context() as patch:
-                patch.setattr(exported_law, "c_function_text", kernel_text)
+                patch.setattr(exported_law, "c_function_text", KERNEL_TEXT)
                 files = direct_files(parts, Target.of_this_machine())
             for name, data in files.items():
                 (folders[case] / name).write_bytes(data)
@@ -169,6 +172,16 @@ def test_floating_point_traps_end_no_call(objects, optimised, tmp_path):
     words = [common, folder / OBJECT, optimised, "-lm"]
     toolchain.compile_with("gcc", words, tmp_path / "traps")
     assert int(toolchain.run(tmp_path / "traps", TABLE)) > 5000
+
+
+def test_the_command_writes_both_files(call, tmp_path, monkeypatch):
+    monkeypatch.setattr(exported_law, "c_function_text", KERNEL_TEXT)
+    folder = tmp_path / "direct"
+    ended = call("tablegen", "export-direct", "corundum-steel", "--output", folder)
+    assert (ended.status, ended.out) == (0, "")
+    assert {path.name for path in folder.iterdir()} == {OBJECT, HEADER}
+    assert b"corundum-steel\0" in (folder / OBJECT).read_bytes()
+    assert "corundum-steel" in (folder / HEADER).read_text()
 
 
 def test_the_program_needs_no_python(built):
