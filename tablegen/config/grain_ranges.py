@@ -11,7 +11,7 @@ from tablegen.model.shapes import inertia
 def ratio_range(population: Population, shape_code: int) -> FloatArray:
     """Find the least and the largest b/a and c/b of the grains of a shape or mesh, (2, 2)."""
     if shape_code >= FIRST_MESH:
-        b, c = population.kernel_arguments().meshes.sizes[shape_code - FIRST_MESH, :2]
+        b, c = population.mesh_particle(shape_code).ordered_sizes()
         return np.array([[b, b], [c / b, c / b]])
     aspect = population.aspect
     if shape_code == SHAPE_CODES["sphere"] or aspect is None:
@@ -30,7 +30,7 @@ def inertia_coefficients(population: Population, shape_code: int) -> tuple[float
     if shape_code < FIRST_MESH:
         largest = float(inertia(shape_code, 1.0, 1.0, population.truncation)[2])
         return 0.5 * largest, 0.5 * largest
-    meshes = population.kernel_arguments().meshes
-    moments = meshes.moments[shape_code - FIRST_MESH]
-    b, c = meshes.sizes[shape_code - FIRST_MESH, :2]
-    return float(moments.max() / (1.0 + b * b)), float(moments.min() / (b * b + c * c))
+    particle = population.mesh_particle(shape_code)
+    b, c = particle.ordered_sizes()
+    least, _, largest = particle.moments.tolist()
+    return largest / (1.0 + b * b), least / (b * b + c * c)

@@ -175,7 +175,22 @@ class Population(Record):
         """Whether all particles are ellipsoids, with mean aspect ratios above `_NEARLY_ROUND`."""
         if self.shapes.positive().keys() != {"ellipsoid"} or self._weighty_meshes():
             return False
-        return bool(self.kernel_arguments().aspect[:, 0].min() > _NEARLY_ROUND)
+        return bool(self.aspect_rows[:, 0].min() > _NEARLY_ROUND)
+
+    @property
+    def shape_codes(self) -> list[int]:
+        """Codes of the shapes and meshes with positive weight, as in `PopulationArguments`."""
+        shapes = [SHAPE_CODES[name] for name in self.shapes.positive()]
+        return shapes + list(range(FIRST_MESH, FIRST_MESH + len(self._weighty_meshes())))
+
+    @property
+    def aspect_rows(self) -> NDArray[np.float64]:
+        """The law of the ratios, as `PopulationArguments.aspect` has it."""
+        return (self.aspect or _ROUND).kernel_rows()
+
+    def mesh_particle(self, shape_code: int) -> MeshParticle:
+        """Return the particle of a mesh with positive weight, by its code."""
+        return self._weighty_meshes()[shape_code - FIRST_MESH].particle()
 
     def _weighty_meshes(self) -> tuple[MeshShape, ...]:
         """List the meshes that have a positive weight."""
@@ -256,14 +271,10 @@ class Population(Record):
             raise InputError("aspect", problem=problem, remedy=remedy)
         weights, meshes = self.shapes.positive(), self._weighty_meshes()
         shares = np.cumsum([*weights.values(), *(mesh.weight for mesh in meshes)])
-        codes = [
-            *map(SHAPE_CODES.__getitem__, weights),
-            *range(FIRST_MESH, FIRST_MESH + len(meshes)),
-        ]
         return PopulationArguments(
-            shape_codes=np.array(codes, dtype=np.int64),
+            shape_codes=np.array(self.shape_codes, dtype=np.int64),
             cumulative_weights=shares / shares[-1],
             truncation=self.truncation,
-            aspect=(self.aspect or _ROUND).kernel_rows(),
+            aspect=self.aspect_rows,
             meshes=mesh_arguments([mesh.particle() for mesh in meshes]),
         )

@@ -110,9 +110,9 @@ def grain_moments(population: Population, shape_code: int, ratios: FloatArray) -
 def least_inertia(population: Population) -> float:
     """Find the smallest moment of inertia that a grain of a population may have, over m a^2."""
     moments = []
-    for code in population.kernel_arguments().shape_codes:
-        (b, _), (c, _) = ratio_range(population, int(code))
-        moments.append(inertia_coefficients(population, int(code))[1] * b * b * (1.0 + c * c))
+    for code in population.shape_codes:
+        (b, _), (c, _) = ratio_range(population, code)
+        moments.append(inertia_coefficients(population, code)[1] * b * b * (1.0 + c * c))
     return float(min(moments))
 
 
@@ -128,7 +128,7 @@ def draw_ratios(
     lawful = rng.random(count) >= _EVEN_SHARE
     if not (low < high).any():
         return rng.uniform(low, high, (count, 2))
-    mean, deviation, least, most = population.kernel_arguments().aspect.T
+    mean, deviation, least, most = population.aspect_rows.T
     around = _DEVIATIONS * deviation
     first, last = np.clip(mean - around, low, high), np.clip(mean + around, low, high)
     ratios = rng.uniform(first, last, (count, 2))

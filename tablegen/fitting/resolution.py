@@ -115,7 +115,7 @@ def spin_sizes(config: Config) -> dict[int, SpinSizes]:
         experts=table.spin_experts or preset.experts,
         rebounds=table.spin_rebounds or preset.rebounds,
     )
-    codes = [int(code) for code in config.population.kernel_arguments().shape_codes]
+    codes = config.population.shape_codes
     weights = {code: _LEAF_WEIGHTS.get(code, 1.0) for code in codes}
     total = sum(weights.values())
     sizes = {code: preset.with_share(weight / total) for code, weight in weights.items()}

@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 from sampler.formats.bounds import ANY_SPEED
 from sampler.formats.channels import STATE, VARIABLES
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
-from sampler.formats.shape_geometry import Geometry
 from sampler.library import OpenDirect, Rows, sample
 from tablegen.config.config import Config, ModelSettings
 from tablegen.config.grain_ranges import inertia_coefficients, ratio_range
 from tablegen.config.pairs import MaterialPair
-from tablegen.config.population import Population
+from tablegen.config.population import Population, PopulationArguments
 from tablegen.model.float_array import FloatArray
 from tablegen.model.jit import c_function
 from tablegen.model.model_bounds import ALPHA_DEG, ASPECT, MOST_TURNED, SPEED, SPIN
@@ -83,23 +82,24 @@ def compiled_simulation() -> Any:
     return c_function(simulate_rows, SIGNATURE)
 
 
-def _population_arrays(population: Population) -> dict[str, NDArray[Any]]:
+def _population_arrays(
+    population: Population, arguments: PopulationArguments
+) -> dict[str, NDArray[Any]]:
     """Make the arrays of a `PopulationRecord`.
 
     Ratios of a grain that the caller prescribes may be any that the model simulates; spheres and
     meshes have their own.
     """
-    codes, shares = population.kernel_arguments()[:2]
-    geometry: dict[int, Geometry] = population.shape_geometry()
-    ranges = np.array([ratio_range(population, int(code)) for code in codes])
-    fixed = (codes == SHAPE_CODES["sphere"]) | (codes >= FIRST_MESH)
+    codes, geometry = population.shape_codes, population.shape_geometry()
+    ranges = np.array([ratio_range(population, code) for code in codes])
+    fixed = np.array([code == SHAPE_CODES["sphere"] or code >= FIRST_MESH for code in codes])
     return {
-        "shape_codes": codes.astype(np.int32),
-        "shape_shares": shares,
+        "shape_codes": np.array(codes, dtype=np.int32),
+        "shape_shares": arguments.cumulative_weights,
         "shape_ratios": np.where(fixed[:, None], ranges[..., 0], 0.0),
         "ratio_range": np.where(fixed[:, None, None], ranges, (ASPECT.low, ASPECT.high)),
-        "shape_geometry": np.array([geometry[int(code)] for code in codes]),
-        "shape_inertia": np.array([inertia_coefficients(population, int(code)) for code in codes]),
+        "shape_geometry": np.array([geometry[code] for code in codes]),
+        "shape_inertia": np.array([inertia_coefficients(population, code) for code in codes]),
     }
 
 
@@ -132,7 +132,7 @@ class DirectParts(NamedTuple):
         law = pair.kernel_arguments(population.only_spheres)
         parameters = numerics.contact_resolution, numerics.tolerance, float(instant)
         reals, integers = pack_model(law, shapes, parameters)
-        grains = _population_arrays(population)
+        grains = _population_arrays(population, arguments)
         numbers = {
             "version": VERSION,
             "population.n_shapes": len(arguments.shape_codes),
