@@ -7,16 +7,14 @@ Schiller and Naumann; the torque of the gas, which slows spins down, is that on 
 erosion start from these numbers.
 """
 
+import argparse
 import math
 import warnings
 from collections import namedtuple
 
 import matplotlib.pyplot as plt
 import numpy as np
-from cylinders import spin_after
-from example_arguments import Parser, length
 from tqdm import tqdm
-from wall_laws import LOOKS, model_laws
 
 import sampler
 import tablegen
@@ -35,6 +33,19 @@ QUANTITIES = (
     "normal impact energy, per metre",
     "energy of all but first impacts, per metre",
 )
+
+#: Name of each law of the wall: colour, marker and line of its curve.
+LOOKS = {
+    "direct simulation": ("#000000", "o", "-"),
+    "table": ("#e08a00", "s", "--"),
+    "table without spin": ("#0072b2", "^", "--"),
+    "sphere": ("#777777", "x", "-."),
+}
+
+#: What a particle keeps: place, m; velocity, m/s; mean angular velocity, rad/s, and the inertia
+#: about it, over m a^2; its half-size a, m; time since its last wall, s; its number; walls met.
+PARTICLE = [("x", "f8", 2), ("v", "f8", 3), ("omega", "f8", 3), ("inertia", "f8")]
+PARTICLE += [("half_size", "f8"), ("since", "f8"), ("index", "i8"), ("hits", "i8")]
 
 #: Impacts on one wall, arrays (n,): group of the particle, its hits before, m, m/s, radians.
 Impacts = namedtuple("Impacts", "group hit place speed angle")
@@ -90,43 +101,87 @@ def hit_times(gas, x, v, h):
     return low
 
 
-def follow(law, gas, count, seed):
-    """Follow particles with a law of `wall_laws.py`; return `Impacts` on the outer wall."""
+def slow_down_spins(particles, mass, diameter):
+    """Let the torque of the gas act on spins. One call since the last wall is exact."""
+    spins = particles.inertia > 0.0  # before its first wall a particle does not spin
+    moment = particles.inertia * mass * particles.half_size**2
+    particles.omega[spins] = sampler.spin_after(
+        particles.omega[spins],
+        particles.since[spins],
+        moment[spins],
+        diameter,
+        GAS_DENSITY,
+        VISCOSITY,
+    )
+
+
+def follow(rebound, half_size, gas, count, seed):
+    """Follow particles through the bend; return `Impacts` on the outer wall.
+
+    ``rebound`` has the arguments and results of `sampler.Table.rebound`. The half-size is one for
+    all particles, or one for each.
+    """
     h = STEP * (OUTER - INNER) / gas[0]
-    records, rng = [], np.random.default_rng(seed)
-    x = np.stack((np.full(count, -BEFORE), INNER + (OUTER - INNER) * rng.random(count)))
-    v = np.tile([[gas[0]], [0.0], [0.0]], count)
-    index, hits = np.arange(count), np.zeros(count, int)
-    omega, moment = np.zeros((3, count)), np.zeros(count)  # and of inertia about it, over the mass
-    since = np.zeros(count)  # the last wall, s
+    mass = math.pi / 6.0 * PARTICLE_DENSITY * gas[1] ** 3
+    impacts, rng = [], np.random.default_rng(seed)
+    particles = np.zeros(count, PARTICLE).view(np.recarray)
+    particles.x[:, 0] = -BEFORE
+    particles.x[:, 1] = INNER + (OUTER - INNER) * rng.random(count)
+    particles.v[:, 0] = gas[0]
+    particles.half_size = half_size
+    particles.index = np.arange(count)
     with tqdm(total=count, unit="particle", leave=False) as progress:
-        while len(index):
-            end, end_v = step(gas, x, v, h)
-            flown, behind = np.full(len(index), h), np.flatnonzero(~is_inside(end))
-            flown[behind] = hit_times(gas, x[:, behind], v[:, behind], h)
-            end[:, behind], end_v[:, behind] = step(gas, x[:, behind], v[:, behind], flown[behind])
-            since = since + flown
-            r, normal = across(end[:, behind]), np.zeros((3, len(behind)))
+        while len(particles):
+            end, end_v = step(gas, particles.x.T, particles.v.T, h)
+            behind = np.flatnonzero(~is_inside(end))
+            met = particles[behind]  # a copy, which flies to the wall and rebounds
+            times = hit_times(gas, met.x.T, met.v.T, h)
+            x, v = step(gas, met.x.T, met.v.T, times)
+            met.x, met.v = x.T, v.T
+            met.since += times
+            particles.x, particles.v = end.T, end_v.T
+            particles.since += h
+
+            r, normal = across(x), np.zeros((len(met), 3))
             outer = r > MIDDLE
-            normal[:2] = np.where(outer, -1.0, 1.0) * np.maximum(end[:, behind], 0.0) / r
-            speed = np.linalg.norm(end_v[:, behind], axis=0)
-            into = -(end_v[:, behind] * normal).sum(axis=0)
+            normal[:, :2] = (np.where(outer, -1.0, 1.0) * np.maximum(x, 0.0) / r).T
+            speed = np.linalg.norm(met.v, axis=1)
+            into = -(met.v * normal).sum(axis=1)
             slides = into < SLIDES * gas[0]  # and loses this velocity
-            end_v[:, behind[slides]] += ((into + SLIDES * gas[0]) * normal)[:, slides]
-            rows, met = behind[~slides], outer & ~slides
+            met.v[slides] += ((into + SLIDES * gas[0])[:, None] * normal)[slides]
+
             angle = np.arcsin(np.minimum(into / speed, 1.0))
-            who = index[behind[met]] * GROUPS // count, hits[behind[met]]
-            records.append((*who, along(end[:, behind[met]]), speed[met], angle[met]))
-            spin = spin_after(omega[:, rows].T, since[rows], moment[rows], gas[1])
-            given = end_v[:, rows].T, normal[:, ~slides].T, gas[1], spin, moment[rows]
-            after = law(*given, seed=seed, index=index[rows], hit=hits[rows])
-            end_v[:, rows], omega[:, rows], moment[rows] = (part.T for part in after)
-            hits[rows], since[rows] = hits[rows] + 1, 0.0
-            inside = (end[0] >= -BEFORE) & (end[1] > -BEHIND)
-            progress.update(len(index) - inside.sum())
-            kept = (end, end_v, omega, moment, since, index, hits)
-            x, v, omega, moment, since, index, hits = (a[..., inside] for a in kept)
-    return Impacts(*map(np.concatenate, zip(*records, strict=True)))
+            columns = met.index * GROUPS // count, met.hits, along(x), speed, angle
+            impacts.append([column[outer & ~slides] for column in columns])
+            hit = met[~slides]
+            slow_down_spins(hit, mass, gas[1])
+            hit.v, hit.omega, hit.inertia = rebound(
+                hit.v,
+                normal[~slides],
+                hit.half_size,
+                omega=hit.omega,
+                inertia=hit.inertia,
+                seed=seed,
+                index=hit.index,
+                hit=hit.hits,
+            )
+            hit.hits += 1
+            hit.since = 0.0
+            met[~slides] = hit
+            particles[behind] = met
+            inside = (particles.x[:, 0] >= -BEFORE) & (particles.x[:, 1] > -BEHIND)
+            progress.update(len(particles) - inside.sum())
+            particles = particles[inside]
+    return Impacts(*map(np.concatenate, zip(*impacts, strict=True)))
+
+
+def without_spin(table):
+    """Make a law of the wall by which every particle arrives without spin."""
+
+    def rebound(velocity, normal, half_size, *, omega, inertia, **keys):
+        return table.rebound(velocity, normal, half_size, **keys)
+
+    return rebound
 
 
 def by_place(impacts, particles, edges, speed):
@@ -175,19 +230,33 @@ def print_wall(walls):
 
 def main(arguments=None):
     """Run the bend with each model, and print and draw what hits its outer wall."""
-    parser = Parser(__file__, __doc__)
-    parser.add_table("--table", "corundum-steel")
-    parser.add_argument(
-        "--diameter", type=length, default=30e-6, metavar="M", help="diameter of the particles, m"
-    )
-    parser.add_number("--count", 10_000, "number of particles under each model", least=GROUPS)
-    parser.add_figure("--figure")
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
+    parser.add_argument("--diameter", type=float, default=30e-6, help="of the particles, m")
+    parser.add_argument("--count", type=int, default=10_000, help="particles under each model")
+    parser.add_argument("--figure", help="picture to write")
     args = parser.parse_args(arguments)
+    if args.count < GROUPS or not 0.0 < args.diameter < math.inf:
+        parser.error(f"give --count {GROUPS} or more, and a --diameter above 0")
+    try:
+        table = sampler.load(args.table)
+    except sampler.InputError as error:
+        parser.error(str(error))
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
-    models = model_laws(args.table, tablegen.parse_config(args.table.config, "--table"))
+    config = tablegen.parse_config(table.config, "--table")
+    model = tablegen.DirectModel(config)
+    spheres = tablegen.DirectModel(config, config.population.restricted_to("sphere"))
+    laws = {
+        "direct simulation": (model, model.rebound),
+        "table": (table, table.rebound),
+        "table without spin": (table, without_spin(table)),
+        "sphere": (spheres, spheres.rebound),
+    }
     whole, cells, edges = {}, {}, TURN / 12 * np.arange(23)  # 12 cells in the bend, 10 behind it
-    for number, (name, law) in enumerate(models.items()):
-        impacts = follow(law, (SPEED, args.diameter), args.count, seed=1000 + number)
+    for seed, (name, (grains_of, rebound)) in enumerate(laws.items(), 1000):
+        grains = grains_of.grains(seed, np.arange(args.count))
+        half_size = sampler.half_size(grains_of, args.diameter, grains)
+        impacts = follow(rebound, half_size, (SPEED, args.diameter), args.count, seed)
         whole[name] = by_place(impacts, args.count, edges[[0, -1]], SPEED)
         cells[name] = by_place(impacts, args.count, edges, SPEED)
     print_wall(whole)

@@ -28,20 +28,18 @@ cone for long. Sizes are diameters of spheres of equal volume. Each grain stands
 with as much mass in each class of log(diameter), so that means over grains are means over mass.
 """
 
+import argparse
 import itertools
 import json
 import math
 import warnings
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numba
 import numpy as np
-from example_arguments import Parser, output_file
 from tqdm import tqdm
-from wall_laws import LOOKS
-from wear import oka
 
 import sampler
 import tablegen
@@ -76,7 +74,30 @@ FATES = {
     "vortex finder": ESCAPED,
     "time limit": LOST,
 }
-DIRECT, TABLE, COMPACT, WITHOUT_SPIN = tuple(LOOKS)[:4]
+#: Name of each law of the wall: colour, marker and line of its curve.
+LOOKS = {
+    "direct simulation": ("#000000", "o", "-"),
+    "table": ("#e08a00", "s", "--"),
+    "compact table": ("#c44e00", "D", ":"),
+    "table without spin": ("#0072b2", "^", "--"),
+}
+DIRECT, TABLE, COMPACT, WITHOUT_SPIN = LOOKS
+
+#: What a grain keeps on its way, and what became of it.
+GRAIN = [
+    ("state", "f8", 6),  # place, m, and velocity, m/s
+    ("omega", "f8", 3),  # mean angular velocity, rad/s
+    ("inertia", "f8"),  # about it, over m a^2
+    ("diameter", "f8"),  # m
+    ("half_size", "f8"),  # a, m
+    ("grain", "f8", 3),  # shape code, b/a and c/b
+    ("fate", "i8"),  # how it ended, one of `FATES`
+    ("hits", "i8"),  # walls met
+    ("time", "f8"),  # in the cyclone, s
+    ("brought", "f8"),  # kinetic energy (translational) with which walls were met, J/kg
+    ("taken", "f8"),  # energy (with that of rotation) that walls took, J/kg
+    ("wear", "f8", len(BINS) - 1),  # of the wall by Oka's law, m^3/kg, by `BINS` of height
+]
 
 
 @numba.njit(cache=True)
@@ -254,22 +275,15 @@ def fly_all(states, drags, time_left):
     return ends, normals, times, pressing
 
 
-class Result(NamedTuple):
-    """What became of n grains."""
+def oka(speed, angle, diameter):
+    """Volume of wall that each kg of sand wears off steel, m^3/kg (Oka, Wear 259 (2005) 95).
 
-    #: Diameter, m; grain: shape code, b/a and c/b, (n, 3).
-    diameter: np.ndarray
-    grain: np.ndarray
-    #: How it ended, one of `FATES`; walls met; time in the cyclone, s.
-    fate: np.ndarray
-    hits: np.ndarray
-    time: np.ndarray
-    #: Kinetic energy (translational) with which walls were met, and energy (with that of rotation)
-    #: that walls took, summed over hits, J/kg.
-    brought: np.ndarray
-    taken: np.ndarray
-    #: Wear of the wall by Oka's law, m^3/kg, by `BINS` of height, (n, bins).
-    wear: np.ndarray
+    The constants were not checked against the paper: they are for comparisons of laws of the wall.
+    """
+    sine = np.sin(angle)
+    share = sine**0.8 * (1.0 + 1.8 * (1.0 - sine)) ** 1.3
+    at_104_m_s = 6.154e-4 / 7850.0
+    return at_104_m_s * share * (speed / 104.0) ** 2.35 * (diameter / 326e-6) ** 0.19
 
 
 def inlet_states(count, rng):
@@ -287,67 +301,74 @@ def spin_energy(omega, inertia, half_size):
 
 
 def follow(rebound, model, count, seed, progress):
-    """Follow grains under a law of the wall to their ends; return a `Result`.
+    """Follow grains under a law of the wall to their ends; return them, a record of `GRAIN`.
 
     ``rebound`` has the arguments and results of `sampler.Table.rebound`; ``model`` is the
     table or direct model whose grains they are.
     """
     rng, index = np.random.default_rng(seed), np.arange(count)
-    diameter = SIZES[0] * (SIZES[1] / SIZES[0]) ** rng.random(count)
-    states, grain = inlet_states(count, rng), model.grains(seed, index)
-    drags = drag_of(diameter, sampler.sphericity(model, grain))
-    half_size = sampler.half_size(model, diameter, grain)
-    mass = math.pi / 6.0 * DENSITY * diameter**3
-    omega, inertia = np.zeros((count, 3)), np.zeros(count)
-    fate, hits = np.zeros(count, int), np.zeros(count, int)
-    time, brought, taken = np.zeros((3, count))
-    wear = np.zeros((count, len(BINS) - 1))
+    grains = np.zeros(count, GRAIN).view(np.recarray)
+    grains.diameter = SIZES[0] * (SIZES[1] / SIZES[0]) ** rng.random(count)
+    grains.state = inlet_states(count, rng)
+    grains.grain = model.grains(seed, index)
+    grains.half_size = sampler.half_size(model, grains.diameter, grains.grain)
+    drags = drag_of(grains.diameter, sampler.sphericity(model, grains.grain))
     while len(index):
-        flown = states[index]
-        ends, normal, flight, pressing = fly_all(flown, drags[index], TIME_LIMIT - time[index])
-        states[index], time[index] = flown, time[index] + flight
-        turning = index[inertia[index] > 0.0]
-        omega[turning] = sampler.spin_after(
-            omega[turning],
-            flight[inertia[index] > 0.0],
-            inertia[turning] * mass[turning] * half_size[turning] ** 2,
-            diameter[turning],
-            GAS_DENSITY,
-            VISCOSITY,
-        )
-        velocity = flown[:, 3:]
-        into = -(velocity * normal).sum(axis=1)
-        slowest = np.sqrt(2.0 * np.maximum(pressing, 0.0) * HOP * diameter[index])
+        met = grains[index]  # a copy, which flies to the next wall and rebounds
+        flown = np.ascontiguousarray(met.state)
+        ends, normal, flight, pressing = fly_all(flown, drags[index], TIME_LIMIT - met.time)
+        met.state = flown
+        met.time += flight
+        slow_down_spins(met, flight)
+        into = -(met.state[:, 3:] * normal).sum(axis=1)
+        slowest = np.sqrt(2.0 * np.maximum(pressing, 0.0) * HOP * met.diameter)
         ends[(ends >= 0) & (into < slowest)] = STAYED
-        fate[index[ends < 0]] = ends[ends < 0]
         meets = ends >= 0
+        met.fate[~meets] = ends[~meets]
+        grains[index] = met
         progress.update(int(len(index) - meets.sum()))
-        index, velocity, normal, into = index[meets], velocity[meets], normal[meets], into[meets]
+        index, met = index[meets], met[meets]
         if not len(index):
             break
+        velocity = met.state[:, 3:]
         speed = np.linalg.norm(velocity, axis=1)
-        angle = np.arcsin(np.minimum(into / speed, 1.0))
+        angle = np.arcsin(np.minimum(into[meets] / speed, 1.0))
+        bins = np.clip(np.digitize(met.state[:, 2], BINS) - 1, 0, len(BINS) - 2)
+        met.wear[np.arange(len(met)), bins] += oka(speed, angle, met.diameter)
         before = 0.5 * speed**2
-        brought[index] += before
-        bins = np.clip(np.digitize(states[index, 2], BINS) - 1, 0, len(BINS) - 2)
-        wear[index, bins] += oka(speed, angle, diameter[index])
-        before += spin_energy(omega[index], inertia[index], half_size[index])
-        velocity, omega[index], inertia[index] = rebound(
+        met.brought += before
+        before += spin_energy(met.omega, met.inertia, met.half_size)
+        after, met.omega, met.inertia = rebound(
             velocity,
-            normal,
-            half_size[index],
-            omega=omega[index],
-            inertia=inertia[index],
+            normal[meets],
+            met.half_size,
+            omega=met.omega,
+            inertia=met.inertia,
             seed=seed,
             index=index,
-            hit=hits[index],
+            hit=met.hits,
         )
-        after = 0.5 * (velocity**2).sum(axis=1)
-        after += spin_energy(omega[index], inertia[index], half_size[index])
-        taken[index] += before - after
-        states[index, 3:] = velocity
-        hits[index] += 1
-    return Result(diameter, grain, fate, hits, time, brought, taken, wear)
+        met.state[:, 3:] = after
+        energy = 0.5 * (after**2).sum(axis=1)
+        energy += spin_energy(met.omega, met.inertia, met.half_size)
+        met.taken += before - energy
+        met.hits += 1
+        grains[index] = met
+    return grains
+
+
+def slow_down_spins(grains, flight):
+    """Let the torque of the gas act on spins. One call since the last wall is exact."""
+    spins = grains.inertia > 0.0  # before its first wall a grain does not spin
+    mass = math.pi / 6.0 * DENSITY * grains.diameter[spins] ** 3
+    grains.omega[spins] = sampler.spin_after(
+        grains.omega[spins],
+        flight[spins],
+        grains.inertia[spins] * mass * grains.half_size[spins] ** 2,
+        grains.diameter[spins],
+        GAS_DENSITY,
+        VISCOSITY,
+    )
 
 
 def without_spin(table):
@@ -506,30 +527,28 @@ def draw(results):
 
 def main(arguments=None):
     """Follow the grains under each law; print, draw and write what becomes of them."""
-    parser = Parser(__file__, __doc__)
-    parser.add_table("--table", "corundum-steel")
-    parser.add_table("--compact", "corundum-steel-compact", description="another table")
-    parser.add_number("--grains", 10_000, "number of grains under each law")
-    parser.add_number("--seed", 1, "seed of the random numbers", least=0)
-    parser.add_argument(
-        "--laws",
-        nargs="+",
-        choices=tuple(LOOKS)[:4],
-        metavar="LAW",
-        help="wall laws to follow; by default all",
-    )
-    parser.add_figure("--picture")
-    parser.add_argument(
-        "--json", type=output_file, metavar="F.json", help="file to write every number to"
-    )
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
+    parser.add_argument("--compact", default="corundum-steel-compact", help="another table")
+    parser.add_argument("--grains", type=int, default=10_000, help="grains under each law")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers")
+    parser.add_argument("--laws", nargs="+", choices=LOOKS, metavar="LAW", help="default: all")
+    parser.add_argument("--picture", help="picture to write")
+    parser.add_argument("--json", type=Path, help="file to write every number to")
     args = parser.parse_args(arguments)
+    if args.grains < 1 or args.seed < 0:
+        parser.error("give --grains 1 or more, and --seed 0 or more")
+    try:
+        table, compact = sampler.load(args.table), sampler.load(args.compact)
+    except sampler.InputError as error:
+        parser.error(str(error))
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
-    model = tablegen.DirectModel(tablegen.parse_config(args.table.config, "--table"))
+    model = tablegen.DirectModel(tablegen.parse_config(table.config, "--table"))
     laws = {
         DIRECT: model.rebound,
-        TABLE: args.table.rebound,
-        COMPACT: args.compact.rebound,
-        WITHOUT_SPIN: without_spin(args.table),
+        TABLE: table.rebound,
+        COMPACT: compact.rebound,
+        WITHOUT_SPIN: without_spin(table),
     }
     laws = {name: law for name, law in laws.items() if not args.laws or name in args.laws}
     # independent grains under each law, so that standard errors of differences are right

@@ -46,4 +46,4 @@ gas="$(printf '%s\n' "$bend"/gas/[1-9]* | sort -V | tail -n 1)"
 fly sphere standardWallInteraction no
 fly table-without-spin tabulatedRebound no
 fly table tabulatedRebound yes
-"$python" "$HERE/../../docs/examples/openfoam_bend.py" "$FOLDER" --figure "$bend/bend.png"
+"$python" "$HERE/../../docs/studies/openfoam_bend.py" "$FOLDER" --figure "$bend/bend.png"

@@ -17,11 +17,3 @@ def table():
 @pytest.fixture(scope="session")
 def config():
     return load_config("corundum-steel")
-
-
-@pytest.fixture(scope="session")
-def models(table, config):
-    """Wall laws of the example `wall_laws` that need no table."""
-    from wall_laws import model_laws
-
-    return model_laws(table, config)

@@ -1,8 +1,8 @@
 """How sure are we? Two flows with the contact laws varied within what is known.
 
-    python docs/examples/how_sure.py
-    python docs/examples/how_sure.py --flow cyclone --grains 10000
-    python docs/examples/how_sure.py --pairs corundum-steel forder-1998
+    python docs/studies/how_sure.py
+    python docs/studies/how_sure.py --flow cyclone --grains 10000
+    python docs/studies/how_sure.py --pairs corundum-steel forder-1998
 
 The first follows grains past the cylinders of `wall_laws.py`, the second in `cyclone.py`, and the
 third compares pairs, each with its own grains.
@@ -15,14 +15,20 @@ paper's table of collisions agrees better (docs/paper.md). All results are direc
 because a table of each law would take longer to make.
 """
 
-import cyclone
+import argparse
+import sys
+from pathlib import Path
+
 import cylinders
 import numpy as np
-from example_arguments import Parser, pair
 from tqdm import tqdm
 from wall_laws import direct_law, print_results
 
+import sampler
 import tablegen
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "examples"))
+import cyclone
 
 MEASURED, SHARE = 50.0, 0.2  # m/s; no source gives the scatter of this pair: declared
 ANGLE, SPEED = np.linspace(0.0, 90.0, 46), np.geomspace(0.5, 1000.0, 80)  # knots: degrees, m/s
@@ -103,19 +109,23 @@ FLOWS = {
 
 def main(arguments=None):
     """Follow the grains under each law; print where they go."""
-    parser = Parser(__file__, __doc__)
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument(
         "--flow", choices=tuple(FLOWS), default="cylinders", help="flow that the grains follow"
     )
     parser.add_argument(
-        "--pairs", type=pair, nargs="+", metavar="PAIR", help="compare pairs, not laws"
+        "--pairs", nargs="+", default=[], metavar="PAIR", help="compare pairs, not laws"
     )
-    parser.add_number("--grains", 50_000, "number of grains under each law")
-    parser.add_number("--seed", 1, "seed of the random numbers", least=0)
+    parser.add_argument("--grains", type=int, default=50_000, help="grains under each law")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers")
     args = parser.parse_args(arguments)
-    if args.pairs:
-        configurations = dict(args.pairs)
-    else:
+    if args.grains < 1 or args.seed < 0:
+        parser.error("give --grains 1 or more, and --seed 0 or more")
+    try:
+        configurations = {pair: tablegen.load_config(pair) for pair in args.pairs}
+    except sampler.InputError as error:
+        parser.error(str(error))
+    if not args.pairs:
         configurations = varied_configurations(tablegen.load_config("corundum-steel"))
     follow, print_flow = FLOWS[args.flow]
     results = {}

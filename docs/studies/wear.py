@@ -1,6 +1,6 @@
-"""Wear of the bend of `bend.py`: laws of erosion, and the works of a table, along its outer wall.
+"""Wear of `docs/examples/bend.py` along its outer wall: laws of erosion, and the works of a table.
 
-    python docs/examples/wear.py --figure docs/bend_wear.png
+    python docs/studies/wear.py --figure docs/bend_wear.png
 
 Oka (Wear 259 (2005) 95) and Finnie (Wear 3 (1960) 87) know speed and angle of an impact. The works
 are what the wall takes, at every hit, from particles that spin; by Bitter (Wear 6 (1963) 5) each
@@ -8,14 +8,19 @@ removes a volume in proportion. The constants are the user's: those here, for sa
 not checked against these papers.
 """
 
+import argparse
+import math
+import sys
 import warnings
+from pathlib import Path
 
-import bend
 import matplotlib.pyplot as plt
 import numpy as np
-from example_arguments import Parser, length, table_with_works
 
 import sampler
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "examples"))
+import bend
 
 HARDNESS, E90 = 1.8, 6.154e-4 / 7850.0  # Oka: GPa; m^3 of wall for a kg of sand at 104 m/s, 90 deg
 N1, N2, K2, K3, FAST, LARGE = 0.8, 1.3, 2.35, 0.19, 104.0, 326e-6  # exponents; m/s, m
@@ -41,14 +46,13 @@ def finnie(speed, angle):
 def with_works(table, works):
     """Make a law for `bend.follow`; it adds works on the outer wall, (n, 2) J/kg, to a list."""
 
-    def law(velocity, normal, diameter, omega, moment, **keys):
-        taken, half = np.empty((len(velocity), 2)), table.mean_half_size(diameter)
-        spin = {"omega": omega, "inertia": moment / half**2}
-        after = table.rebound(velocity, normal, half, works=taken, **spin, **keys)
+    def rebound(velocity, normal, half_size, **spins_and_keys):
+        taken = np.empty((len(velocity), 2))
+        after = table.rebound(velocity, normal, half_size, works=taken, **spins_and_keys)
         works.append(taken[normal.sum(axis=1) < 0.0])
-        return after.velocity, after.omega, after.inertia * half**2
+        return after
 
-    return law
+    return rebound
 
 
 def by_face(impacts, amounts, particles, edges):
@@ -80,23 +84,24 @@ def draw(figure, panels, edges):
 
 def main(arguments=None):
     """Follow particles through the bend; print and draw what its outer wall loses."""
-    parser = Parser(__file__, __doc__)
-    parser.add_table(
-        "--table",
-        "corundum-steel-wear",
-        table_with_works,
-        "name or path of a table with works and a spin law",
-    )
-    parser.add_argument(
-        "--diameter", type=length, default=30e-6, metavar="M", help="diameter of the particles, m"
-    )
-    parser.add_number("--count", 20_000, "number of particles", least=bend.GROUPS)
-    parser.add_figure("--figure")
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--table", default="corundum-steel-wear", help="a table with works")
+    parser.add_argument("--diameter", type=float, default=30e-6, help="of the particles, m")
+    parser.add_argument("--count", type=int, default=20_000, help="number of particles")
+    parser.add_argument("--figure", help="picture to write")
     args = parser.parse_args(arguments)
+    if args.count < bend.GROUPS or not 0.0 < args.diameter < math.inf:
+        parser.error(f"give --count {bend.GROUPS} or more, and a --diameter above 0")
+    try:
+        table = sampler.load(args.table)
+    except sampler.InputError as error:
+        parser.error(str(error))
+    if not table.has_spin or not {"work_normal", "work_shear"} <= set(table.columns):
+        parser.error("argument --table: it needs works and a spin law, as corundum-steel-wear has")
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
-    works = []
-    law = with_works(args.table, works)
-    impacts = bend.follow(law, (bend.SPEED, args.diameter), args.count, seed=1)
+    works, half_size = [], table.mean_half_size(args.diameter)
+    law = with_works(table, works)
+    impacts = bend.follow(law, half_size, (bend.SPEED, args.diameter), args.count, seed=1)
     normal, shear = np.concatenate(works).T
     taken = {"normal work, kJ/kg": 1e-3 * normal, "tangential work, kJ/kg": 1e-3 * shear}
     wear = {

@@ -1,4 +1,4 @@
-"""Example `how_sure`: the laws below the measured speeds, and the command."""
+"""Study `how_sure`: the laws below the measured speeds, and the command."""
 
 import how_sure
 import numpy as np

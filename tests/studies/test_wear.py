@@ -1,4 +1,4 @@
-"""Example `wear`, the wear of the bend: laws of erosion at known points, and the command."""
+"""Study `wear`, the wear of the bend: laws of erosion at known points, and the command."""
 
 import numpy as np
 import pytest

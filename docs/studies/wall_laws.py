@@ -1,6 +1,6 @@
 """Does the law of the wall matter? One dusty flow, nine laws.
 
-    python docs/examples/wall_laws.py --output docs
+    python docs/studies/wall_laws.py --output docs
 
 Air of 120 m/s carries corundum grains of 30 to 100 um past three staggered columns of cylinders of
 10 mm, 20 mm apart along and across the stream (`cylinders.py`). Under every law a grain has the
@@ -8,14 +8,15 @@ same drag and torque, and stays on a cylinder if its next hop would be lower tha
 diameter. Sizes, edges of classes, are diameters of spheres of equal volume.
 """
 
+import argparse
 import itertools
 import math
 import warnings
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 from cylinders import AHEAD, CELL, COLUMNS, ENERGY, PITCH, RADIUS, SPEED, figures_of, follow_each
-from example_arguments import Parser, folder, length
 from matplotlib.colors import LogNorm
 from scipy.interpolate import RegularGridInterpolator
 
@@ -190,26 +191,29 @@ def draw_hits(results, count):
 
 def main(arguments=None):
     """Follow the grains under each law; print and draw where they go."""
-    parser = Parser(__file__, __doc__)
-    parser.add_table("--table", "corundum-steel")
-    parser.add_number("--grains", 20_000, "number of grains under each law")
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--table", default="corundum-steel", help="name, or path of a .h5 file")
+    parser.add_argument("--grains", type=int, default=20_000, help="grains under each law")
     parser.add_argument(
         "--sizes",
-        type=length,
+        type=float,
         nargs="+",
         default=[30, 50, 70, 100],
         metavar="UM",
         help="limits of the classes of diameters, micrometres",
     )
-    parser.add_number("--seed", 1, "seed of the random numbers", least=0)
-    parser.add_argument(
-        "--output", type=folder, metavar="FOLDER", help="folder to write two pictures to"
-    )
+    parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers")
+    parser.add_argument("--output", type=Path, help="folder to write two pictures to")
     args = parser.parse_args(arguments)
-    if len(args.sizes) < 2 or sorted(set(args.sizes)) != args.sizes:
+    if args.grains < 1 or args.seed < 0:
+        parser.error("give --grains 1 or more, and --seed 0 or more")
+    if len(args.sizes) < 2 or sorted(set(args.sizes)) != args.sizes or not args.sizes[0] > 0.0:
         parser.error("argument --sizes: give two or more increasing diameters")
+    try:
+        table = sampler.load(args.table)
+    except sampler.InputError as error:
+        parser.error(str(error))
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)  # slow hits are near its end
-    table = args.table
     config = tablegen.parse_config(table.config, "--table")
     laws = model_laws(table, config)
     laws["compact table"] = table_law(sampler.load("corundum-steel-compact"))

@@ -1,4 +1,4 @@
-"""Example `wall_laws`: flow, flights past the cylinders, and tables against direct simulation."""
+"""Study `wall_laws`: flow, flights past the cylinders, and tables against direct simulation."""
 
 import cylinders
 import numpy as np

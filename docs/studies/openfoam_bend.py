@@ -1,18 +1,24 @@
 """Impacts on the walls of a bend in OpenFOAM, with three models of the wall.
 
     sampler/openfoam/bend.sh FOLDER
-    python docs/examples/openfoam_bend.py FOLDER --figure docs/openfoam_bend.png
+    python docs/studies/openfoam_bend.py FOLDER --figure docs/openfoam_bend.png
 
 The first runs `sampler/openfoam/cases/bend` with OpenFOAM's own wall model for spheres, and with
 the table without and with the spin of each parcel; the second reads the impacts that OpenFOAM wrote
-to FOLDER/bend. `bend.py` is the same bend in Python, plane, in a gas that is known by formula.
+to FOLDER/bend. `docs/examples/bend.py` is the same bend in Python, plane, in a gas that is known by
+formula.
 """
+
+import argparse
+import sys
+from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
-from bend import GROUPS, INNER, OUTER, SPEED, TURN, Impacts, by_place, draw_wall, print_wall
-from example_arguments import Parser, folder
 from matplotlib.colors import LogNorm
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "examples"))
+from bend import GROUPS, INNER, OUTER, SPEED, TURN, Impacts, by_place, draw_wall, print_wall
 
 MODELS, WALLS = ("sphere", "table without spin", "table"), ("outer", "inner", "sides")
 CENTRE = 0.2  # the bend turns about (0, CENTRE), from x to y, m
@@ -72,10 +78,12 @@ def read_impacts(case):
 
 def main(arguments=None):
     """Print what hits each wall, and draw the outer one."""
-    parser = Parser(__file__, __doc__)
-    parser.add_argument("folder", type=folder, help="working folder of sampler/openfoam/bend.sh")
-    parser.add_figure("--figure")
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("folder", type=Path, help="working folder of sampler/openfoam/bend.sh")
+    parser.add_argument("--figure", help="picture to write")
     args = parser.parse_args(arguments)
+    if not args.folder.is_dir():
+        parser.error(f"argument folder: there is no folder {args.folder}")
     edges = TURN / 12 * np.arange(23)
     across, outer = (np.linspace(-0.05, 0.45, 101), np.linspace(0.0, OUTER - INNER, 21)), {}
     runs = {model: read_impacts(args.folder / "bend" / model.replace(" ", "-")) for model in MODELS}

@@ -1,18 +1,18 @@
 """What do walls cost, and how far off are they? The flow of `wall_laws.py`, timed.
 
-    python docs/examples/wall_cost.py --figure docs/wall_cost.png
+    python docs/studies/wall_cost.py --figure docs/wall_cost.png
 
 Flights are compiled by numba. Draws are calls of the C library: one for all grains that have met a
 wall, or one for each, from a loop in numba, as from a tracker in C.
 """
 
+import argparse
 import warnings
 
 import matplotlib.pyplot as plt
 import numba
 import numpy as np
 from cylinders import figures_of, follow_each
-from example_arguments import Parser
 from wall_laws import LOOKS, MEANS, direct_law, grains_of, mean_law, model_laws, table_law
 
 import sampler
@@ -63,10 +63,12 @@ def distance(result, direct):
 
 def main(arguments=None):
     """Follow the grains under each law; print and draw errors and what the walls cost."""
-    parser = Parser(__file__, __doc__)
-    parser.add_number("--grains", 50_000, "number of grains under each law")
-    parser.add_figure("--figure")
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--grains", type=int, default=50_000, help="grains under each law")
+    parser.add_argument("--figure", help="picture to write")
     args = parser.parse_args(arguments)
+    if args.grains < 1:
+        parser.error("argument --grains: give 1 or more")
     warnings.simplefilter("ignore", sampler.OutsideTableWarning)
     table, config = sampler.load("corundum-steel"), tablegen.load_config("corundum-steel")
     model, single = tablegen.DirectModel(config), "table, one by one"
