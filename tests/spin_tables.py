@@ -45,7 +45,7 @@ def _trees(n_shapes, depth):
             leaf += 1
             return -leaf
         axis = level % N_CONDITIONS
-        here = node(axis, (0.7, 0.3, 0.5, 0.0, 0.0, 0.5)[axis])
+        here = node(axis, (0.7, 0.3, 0.5, 0.0, 0.0, 0.5, 0.0)[axis])
         children[here] = [grow(level + 1), grow(level + 1)]
         return here
 
@@ -89,7 +89,9 @@ def _law(seed, codes=(0, 1, 3), depth=2, outcomes=N_OUTCOMES):
         # a mesh has that of an ellipsoid here
         "shape_geometry": np.array([geometry_of_shape(code % FIRST_MESH) for code in codes]),
         "kappa_quantiles": np.sort(rng.uniform(size=(len(codes), 33)), axis=1),
-        "centre": np.tile(np.array([0.7, 0.3, 0.4, 0.0, 0.0, 0.5, 0.75, 0.75], "f4"), (leaves, 1)),
+        "centre": np.tile(
+            np.array([0.7, 0.3, 0.4, 0.0, 0.0, 0.5, 0.0, 0.75, 0.75], "f4"), (leaves, 1)
+        ),
         "scale": np.full((leaves, N_INPUTS), 2.0, np.float32),
         "group_gate": integers(400.0, leaves, N_FEATURES, N_GROUPS),
         "gate": integers(400.0, leaves, N_GROUPS, N_FEATURES, GROUP_SIZE),

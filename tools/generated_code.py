@@ -169,7 +169,6 @@ def _extent(field: Field) -> str:
 def spin_constants() -> str:
     """Write the numbers of the spin law, as macros."""
     numbers = {
-        "CONDITIONS": bounds.N_CONDITIONS,
         "INPUTS": bounds.N_INPUTS,
         "FEATURES": bounds.N_FEATURES,
         "OUTCOMES": bounds.N_OUTCOMES,
@@ -178,6 +177,11 @@ def spin_constants() -> str:
         "GROUP_SIZE": bounds.GROUP_SIZE,
         "KAPPA_QUANTILES": bounds.N_KAPPA_QUANTILES,
         "SPIN_CORE": repr(bounds.SPIN_CORE),
+        "PLACE_CORE": repr(bounds.PLACE_CORE),
+        "LEAST_WOBBLE": repr(bounds.LEAST_WOBBLE),
+        "WOBBLE": repr(bounds.WOBBLE),
+        "KAPPA_CORE": repr(bounds.KAPPA_CORE),
+        "LEAST_LEFT": repr(bounds.LEAST_LEFT),
         "EQUAL_MOMENTS": repr(bounds.EQUAL_MOMENTS),
         "SINGLE_ROUNDING": repr(bounds.SINGLE_ROUNDING),
         "INERTIA_ROUNDING": repr(bounds.INERTIA_ROUNDING),

@@ -170,7 +170,7 @@ COUNTS = {
     "n_nodes": "nodes of their trees",
     "n_leaves": "leaves of their trees",
     "n_spin_knots": "knots of a quantile function of the spin law",
-    "n_outcomes": "outcomes of the spin law: 7, or 8 with works; expert_stride is 256 or 288",
+    "n_outcomes": "outcomes of the spin law: 7, or 8 with works; expert_stride is 352 or 416",
     "n_law_parameters": "numbers of the laws of contact of spheres; 0: none",
     "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
     f"{SPHERES}: a table of spheres",

@@ -112,27 +112,42 @@ RESISTANCE_LAWS = ("exponential-orientation", "constant", "tabulated", "coulomb"
 
 # -- the spin law --------------------------------------------------------------------------------
 #
-# With k the inertia about the spin before and E = 1 + k |spin|^2 the energy before, over m V^2 / 2,
-# the velocities over V are sqrt(E) p / sqrt(1 + |p|^2): a positive p_v leaves the wall, and left =
-# E / (1 + |p|^2) stays for rotation and wall. With k' the inertia after, of its kappa, the angular
-# velocities times a/V are sqrt(left / k') o / sqrt(1 + |o|^2), and the wall takes the rest, left /
-# (1 + |o|^2), of which a^6 is the normal work's share. So energies add up, whatever the outcomes.
+# A rebound is a change at a nominal contact, which lies straight towards the wall at the distance
+# rho from the centre of the grain. The energy E before, over m V^2 / 2, is |g|^2 + |d|^2, where g
+# belongs to the velocity of the contact, and d to what a force at the contact cannot change. The
+# outcomes o move d, in units of the share Q of E that is at the contact, and p divides what is left
+# between the contact and the wall. So energies add up, whatever the outcomes are, and a positive
+# p_v leaves the wall. tables/FORMAT.md has the formulae.
 
-OUTCOMES = ("p_u", "p_v", "p_w", "o_x", "o_y", "o_z", "kappa", "a")
-#: sqrt(alpha1), the speed's coordinate, the spin's three, and the place of the inertia about it.
-CONDITIONS = ("root_angle", "speed", "sigma_x", "sigma_y", "sigma_z", "kappa")
+OUTCOMES = ("p_u", "p_v", "p_w", "o_x", "o_y", "o_z", "h", "a")
+#: sqrt(alpha1), the coordinate of the speed of the contact, the three of the spin, the slip of the
+#: contact over its speed, and the place of the inertia about the spin.
+CONDITIONS = ("root_angle", "speed", "sigma_x", "sigma_y", "sigma_z", "slip", "place")
 N_CONDITIONS = len(CONDITIONS)
 #: Ratios of a grain.
 RATIOS = ("b_a", "c_b")
 N_INPUTS = N_CONDITIONS + len(RATIOS)
-#: 1, the inputs, and the products of two conditions.
-N_FEATURES = 1 + N_INPUTS + N_CONDITIONS * (N_CONDITIONS + 1) // 2
+#: 1, the inputs, and the products of two of them.
+N_FEATURES = 1 + N_INPUTS + N_INPUTS * (N_INPUTS + 1) // 2
 N_OUTCOMES = 7
 N_OUTCOMES_WITH_WORKS = len(OUTCOMES)
 
 #: Size of the coordinate sigma of the slowest spin, which keeps its direction: the law depends on
 #: it however slow it is. sigma = s / |s| (SPIN_CORE + |s| / (1 + |s|^2)^(1/4)).
 SPIN_CORE = 0.3
+
+#: The place of an inertia among the inputs is log((kappa + PLACE_CORE) / (1 - kappa + PLACE_CORE)).
+PLACE_CORE = 0.03
+
+#: Scatter of the distance of the contact: what is added to its square, and the weight of a product.
+LEAST_WOBBLE, WOBBLE = 1e-6, 2.4
+
+#: The odds of kappa after an impact are over those before, (kappa + delta) / (1 - kappa + delta),
+#: with delta = KAPPA_CORE times the share of the speed of rotation that the contact has.
+KAPPA_CORE = 0.05
+
+#: Least share of the energy, as its root, that is left to the contact and the wall.
+LEAST_LEFT = 1e-6
 
 #: Largest moment of inertia of a body of mass 1 and half-size 1.
 INERTIA = 2.0 / 3.0
@@ -180,7 +195,7 @@ GATE_UNIT, MEAN_UNIT, FACTOR_UNIT = 512, 2048, 4096
 
 #: Groups of a leaf, and experts of a group. The same in every law, so that the compiler knows how
 #: many weights lie side by side; those that a leaf does not need have a weight of almost 0.
-N_GROUPS, GROUP_SIZE = 8, 16
+N_GROUPS, GROUP_SIZE = 8, 8
 N_EXPERTS = N_GROUPS * GROUP_SIZE
 
 #: Effective speeds V_e, m/s.

@@ -204,7 +204,7 @@ SPIN_DATASETS = (
     Dataset("spin/node_child", "<i4", ("n_nodes", 2), "1",
         "children: a later node, or -1 - the number of a leaf", (checks.spin_children,)),
     Dataset("spin/centre", "<f4", ("n_leaves", N_INPUTS), "1",
-        "by leaf: middle of the six conditions, b/a and c/b",
+        "by leaf: middle of the seven numbers of a condition, b/a and c/b",
         (checks.within(-MOST_MIDDLE, MOST_MIDDLE),)),
     Dataset("spin/scale", "<f4", ("n_leaves", N_INPUTS), "1",
         "by leaf: factors for the distances from the middle",
@@ -221,7 +221,7 @@ SPIN_DATASETS = (
         "lower-triangular factors of the scores' covariances, rows packed: L00, L10, L11, ...",
         (checks.positive_diagonals_of("spin/mean"),), compressed=True),
     Dataset("spin/quantiles", "<f4", ("n_leaves", "n_outcomes", "n_spin_knots"), "1",
-        "outcomes p_u, p_v, p_w, o_x, o_y, o_z, kappa, and of a law with works a, at equal steps "
+        "outcomes p_u, p_v, p_w, o_x, o_y, o_z, h, and of a law with works a, at equal steps "
         f"of the bounded score, from -{SCORE_MAX:g} to {SCORE_MAX:g}",
         (checks.within(*OUTCOME), checks.non_decreasing, checks.spin_leaves_the_wall),
         compressed=True),

@@ -13,6 +13,11 @@ In each iteration the regressions and covariances follow from sums of products o
 weighted by the share of the expert in each rebound (`tablegen.fitting.expectation`). The gates take
 a damped Newton step. The second derivatives are those of each gate alone.
 
+The slowest rebounds of a condition decide where grains come to rest, but a mixture that is fitted
+by its likelihood loses what is rare. So a class of slow rebounds is made by a group of its own,
+which makes no other ones: its probability is that of the group, and no expert has to reach it by
+its tail (EXPERIMENTS.md, "Slow classes, and three numbers of the spin").
+
 Two or three groups of eight have a share in a rebound. So every few iterations all groups are
 computed in each rebound, with the second derivatives, and in the iterations between only the groups
 that had a share. EXPERIMENTS.md ("Time of a fit") has the measurements behind the constants.
@@ -20,7 +25,7 @@ that had a share. EXPERIMENTS.md ("Time of a fit") has the measurements behind t
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,6 +99,7 @@ def fit_experts(
     outcome_count: int,
     groups: int,
     experts: int,
+    slow: NDArray[np.int64],
     rng: np.random.Generator,
 ) -> tuple[Experts, float]:
     """Fit a mixture of experts to rebounds in random order.
@@ -107,6 +113,9 @@ def fit_experts(
         Numbers of inputs and of outcomes. The experts begin as clusters of both together.
     groups, experts : int
         Number of groups, and of experts in each group.
+    slow : (n,) int64
+        Class of each rebound. Group k - 1 makes the rebounds of class k alone, and the groups after
+        the last class make those of class 0. A single group makes all rebounds.
     rng : numpy.random.Generator
         Chooses the points at which clusters begin.
 
@@ -116,7 +125,11 @@ def fit_experts(
     likelihood : float
         Mean log-likelihood before the last step.
     """
-    fitted = _initial_experts(vectors, input_count, outcome_count, (groups, experts), rng)
+    classes = min(int(slow.max()), groups - 1)
+    slow = np.where(slow > classes, 0, slow)
+    made = np.minimum(np.arange(groups) + 1, classes + 1) % (classes + 1)
+    allowed = slow == made[:, None]
+    fitted = _initial_experts(vectors, input_count, outcome_count, experts, allowed, classes, rng)
     part = vectors[: max(math.ceil(_FIRST_SHARE * len(vectors)), min(len(vectors), 1000))]
     likelihood, damping = -math.inf, _FIRST_DAMPING
     best: tuple[Experts, Sums] | None = None
@@ -127,7 +140,7 @@ def fit_experts(
             near = near[:, :0]
         # all groups are computed in rebounds that are new
         new = len(rows) - near.shape[1]
-        near = np.pad(near, ((0, 0), (0, new)), constant_values=True)
+        near = np.concatenate([near, allowed[:, near.shape[1] : len(rows)]], axis=1)
         curved = math.ceil(_CURVATURE_SHARE * len(rows)) if new else 0
         sums = expectation(fitted, rows, near, curved)
         near = sums.near
@@ -184,25 +197,33 @@ def _initial_experts(
     vectors: Single,
     input_count: int,
     outcome_count: int,
-    sizes: tuple[int, int],
+    experts: int,
+    allowed: NDArray[np.bool_],
+    classes: int,
     rng: np.random.Generator,
 ) -> Experts:
-    """Make one expert for each cluster of inputs and scores."""
-    groups, experts = sizes
-    count, width = groups * experts, vectors.shape[1]
-    features = width - outcome_count
+    """Make one expert for each cluster of inputs and scores of the rebounds of a class.
 
-    def points(rows: slice) -> Single:
+    ``allowed`` (g, n) tells which rebounds each group makes; the groups after ``classes`` make the
+    same ones.
+    """
+    groups, width = len(allowed), vectors.shape[1]
+    count, features = groups * experts, width - outcome_count
+
+    def points(rows: NDArray[np.int64]) -> Single:
         block = vectors[rows]
         return np.concatenate([block[:, 1 : 1 + input_count], block[:, features:]], axis=1)
 
-    centres = _clusters(points(slice(_CLUSTER_ROWS)), count, rng)
-    centres = centres[_order_by_group(centres, groups)]
     products = np.zeros((count, width, width))
-    for rows in _slices(vectors, 8 * _BLOCK):
-        labels = _nearest_centres(points(rows), centres)
-        share = (labels == np.arange(count)[:, None]).astype(np.float32)
-        add_products(share, vectors[rows], np.float32(0.5), products)
+    for first, last in [*((k, k + 1) for k in range(classes)), (classes, groups)]:
+        rows = np.flatnonzero(allowed[first])
+        centres = _clusters(points(rows[:_CLUSTER_ROWS]), (last - first) * experts, rng)
+        centres = centres[_order_by_group(centres, last - first)]
+        own = products[first * experts : last * experts]
+        for block in _slices(rows, 8 * _BLOCK):
+            labels = _nearest_centres(points(rows[block]), centres)
+            share = (labels == np.arange(len(centres))[:, None]).astype(np.float32)
+            add_products(share, vectors[rows[block]], np.float32(0.5), own)
     mass = products[:, 0, 0]
     group_gate, gate = np.zeros((groups, features)), np.zeros((count, features))
     by_group = mass.reshape(groups, experts).sum(axis=1)
@@ -216,7 +237,7 @@ def _initial_experts(
     return fitted
 
 
-def _slices(rows: Single, size: int = _BLOCK) -> list[slice]:
+def _slices(rows: NDArray[Any], size: int = _BLOCK) -> list[slice]:
     return [slice(start, start + size) for start in range(0, len(rows), size)]
 
 

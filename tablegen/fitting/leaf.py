@@ -50,6 +50,10 @@ _LEAST_V = 2e-9
 #: Rebounds whose features are computed at a time.
 _BLOCK = 10_000
 
+#: Column of p_v among the outcomes, shares of the rebounds that are slowest and slow, and
+#: regularisation of the regression that tells which these are.
+_P_V, _SLOW_SHARES, _RIDGE = 1, (0.01, 0.05), 1e-3
+
 #: Logit, in units of the file, of experts that were not fitted: e^-60 is never drawn.
 _NEVER_DRAWN = 60 * GATE_UNIT
 
@@ -110,7 +114,10 @@ def fit_leaf(
     for k in range(count):
         vectors[:, used + k] = normal_scores(outcomes[:, [k]])[:, 0]
     outcomes = outcomes[inside]
-    experts, _ = fit_experts(vectors, int(varies.sum()), count, sizes.groups, sizes.experts, rng)
+    slow = _slow_classes(vectors[:, :used], vectors[:, used + _P_V])
+    experts, _ = fit_experts(
+        vectors, int(varies.sum()), count, sizes.groups, sizes.experts, slow, rng
+    )
     del vectors
     stored = _stored_experts(experts, is_used)
     phi = features((inputs - centre) * scale, np.float32)
@@ -118,6 +125,19 @@ def fit_leaf(
     quantiles = _outcome_quantiles(scores, outcomes, sizes.knots)
     quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
     return LeafArrays(centre, scale, *stored, quantiles)
+
+
+def _slow_classes(phi: NDArray[np.float32], score: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Find the classes of the rebounds with the slowest normal velocities for their conditions.
+
+    The rebounds with the least scores of p_v relative to a quadratic regression on the inputs are
+    of class 1, those with the next ones of class 2, ..., by the shares `_SLOW_SHARES`. All others
+    are of class 0. Returns (n,).
+    """
+    form = (phi.T @ phi).astype(np.float64) + _RIDGE * len(phi) * np.eye(phi.shape[1])
+    rest = score - phi @ np.linalg.solve(form, phi.T @ score).astype(np.float32)
+    ends = np.quantile(rest, _SLOW_SHARES)
+    return np.asarray((np.searchsorted(ends, rest) + 1) % (len(ends) + 1))
 
 
 def _coefficient_steps(

@@ -69,8 +69,9 @@ class SpinSizes(NamedTuple):
     nonspinning_leaves: int
     #: Groups of a leaf; a file has room for 8.
     groups: int
-    #: Experts of a group; a file has room for 16.
+    #: Experts of a group, in leaves with spin and without; a file has room for 8.
     experts: int
+    nonspinning_experts: int
     #: Rebounds for the fit of a leaf. Its quantiles are those of the rebounds that lie in it.
     rebounds: int
     #: Knots of each quantile function.
@@ -91,9 +92,9 @@ class SpinSizes(NamedTuple):
 
 #: Sizes for each preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
-    "compact": SpinSizes(70, 50, 8, 8, 120_000, 65),
-    "standard": SpinSizes(155, 90, 8, 16, 200_000, 97),
-    "fine": SpinSizes(384, 240, 8, 16, 300_000, 129),
+    "compact": SpinSizes(75, 42, 8, 4, 8, 90_000, 65),
+    "standard": SpinSizes(250, 110, 8, 4, 8, 120_000, 97),
+    "fine": SpinSizes(600, 240, 8, 8, 8, 250_000, 129),
 }
 
 #: Leaves of a shape over those of other shapes. Ellipsoids settle into rolling, where the law
@@ -113,6 +114,7 @@ def spin_sizes(config: Config) -> dict[int, SpinSizes]:
     preset = preset._replace(
         groups=table.spin_groups or preset.groups,
         experts=table.spin_experts or preset.experts,
+        nonspinning_experts=table.spin_experts or preset.nonspinning_experts,
         rebounds=table.spin_rebounds or preset.rebounds,
     )
     codes = config.population.shape_codes

@@ -2,8 +2,15 @@
 
 A grain arrives with the spin s = a Omega / V and the inertia k about it, over m a^2. Its energy is
 m V^2 / 2 times E = 1 + k |s|^2. The rebound divides E between translation, rotation and the wall.
-The outcomes p, o and kappa are coordinates of a rebound in which any values are possible: whatever
-values a table draws, the grain gains no energy, and its inertia is one that it may have.
+
+A grain that rolls along a wall hardly changes at a rebound, so outcomes are changes. They are
+counted at a *nominal contact*, which lies straight towards the wall, at half the sum of the least
+and the largest distance from the centre that the grain has while it turns (`Contact`). A force at
+this contact changes a part g of the motion, in proportion to the velocity of the contact, and
+leaves the rest d. The outcomes o say where d moves, in units of the share of the energy that is at
+the contact, and the outcomes p how the contact and the wall divide what is left. Any values are
+possible: whatever a table draws, the grain gains no energy, leaves the wall, and has an inertia
+that it may have.
 
 Units: angles in rad, speeds in m/s, spins in V/a, inertias over m a^2, energies over m V^2 / 2.
 Docstrings name the formulae; `tables/FORMAT.md` has them once more, in the order of a draw.
@@ -17,39 +24,46 @@ from numpy.typing import DTypeLike, NDArray
 from sampler.formats.bounds import (
     EQUAL_MOMENTS,
     FOLD,
+    KAPPA_CORE,
+    LEAST_LEFT,
     LEAST_REST,
+    LEAST_WOBBLE,
     N_CONDITIONS,
     N_FEATURES,
     N_INPUTS,
+    PLACE_CORE,
     RATIOS,
     SPIN_CORE,
+    WOBBLE,
 )
 from tablegen.model.float_array import FloatArray
-from tablegen.simulation.impact_chains import Impacts, effective_speed
+from tablegen.simulation.impact_chains import Impacts
 
 #: Sizes of the spin over V/a that a law covers.
 SPIN_RANGE = (0.0, 10.0)
 
 #: Signs under reflection in the impact plane: of the first seven outcomes, and of the inputs.
 OUTCOME_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0, 1.0])
-INPUT_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
+INPUT_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
 
 #: Column of sigma_x among the inputs.
 _SIGMA_X = 2
 
-#: Pairs of numbers of a condition whose products are features.
-_PAIRS = np.triu_indices(N_CONDITIONS)
+#: Pairs of inputs whose products are features.
+_PAIRS = np.triu_indices(N_INPUTS)
 
 
 class SpeedCoordinate(NamedTuple):
-    """The coordinate exp(-coefficient V_e^exponent) of an effective speed V_e in m/s."""
+    """The coordinate exp(-coefficient x^exponent) of a speed x in m/s."""
 
     coefficient: float
     exponent: float
+    #: Largest effective speed of the law [m/s]; contacts that are faster count as this fast.
+    largest: float
 
     def transform(self, speed: FloatArray) -> FloatArray:
         """Compute the coordinate of speeds [m/s]."""
-        return np.exp(-self.coefficient * speed**self.exponent)
+        return np.exp(-self.coefficient * np.minimum(speed, self.largest) ** self.exponent)
 
 
 class Moments(NamedTuple):
@@ -94,29 +108,87 @@ def inertia_from_kappa(kappa: FloatArray, moments: Moments) -> FloatArray:
     return np.where(moments.differ, 1.0 / (high - place * (high - low)), moments.largest)
 
 
-def impact_inputs(impacts: Impacts, moments: Moments, speed: SpeedCoordinate) -> FloatArray:
-    """Compute the inputs of impacts, (n, 8).
+class Contact(NamedTuple):
+    """Nominal contacts of n grains, and their motion before the impact; fields are (n,)."""
 
-    The inputs are sqrt(alpha1), the coordinate of V_e, the vector sigma in wall axes, kappa of the
-    inertia, b/a and c/b. The vector
+    #: Place kappa of the inertia about the spin; 1/2 without a spin.
+    kappa: FloatArray
+    #: Distance of the contact from the centre, over a.
+    distance: FloatArray
+    #: Root of the inertia about the spin; without a spin, that of the mean of both moments.
+    root_inertia: FloatArray
+    #: Energy E.
+    energy: FloatArray
+    #: Speed q of the contact over V, and its part along the plane of the impact.
+    speed: FloatArray
+    slip: FloatArray
+    #: Size of the spin.
+    spin: FloatArray
+    #: (n, 3): part d of the motion over sqrt(E).
+    rest: FloatArray
+
+
+def nominal_contact(impacts: Impacts, moments: Moments) -> Contact:
+    """Compute the nominal contacts of impacts.
+
+    With kappa of the inertia k about the spin s, b and c of the grain over a, the contact lies at
+
+        rho = (b + c)/2 + kappa (1 - c)/2,
+
+    and its distance scatters by epsilon, while the grain turns, with
+
+        epsilon^2 = [(1 - b)^2 kappa^2 + (b - c)^2 (1 - kappa)^2
+                     + WOBBLE kappa (1 - kappa) (1 - c)^2]/2 + LEAST_WOBBLE.
+
+    Its speed over V is q^2 = (cos a + rho s_z)^2 + (rho s_x)^2 + sin^2 a + epsilon^2 |s|^2. Without
+    a spin kappa is 1/2.
+    """
+    b, c = impacts.grain[:, 1], impacts.grain[:, 1] * impacts.grain[:, 2]
+    spin = np.linalg.norm(impacts.spin, axis=1)
+    spins = spin > 0.0
+    inertia = np.where(spins, impacts.inertia, 0.5 * (moments.largest + moments.smallest))
+    kappa = np.where(spins, kappa_from_inertia(inertia, moments), 0.5)
+    rest = 1.0 - kappa
+    distance = 0.5 * (b + c) + 0.5 * kappa * (1.0 - c)
+    square = ((1.0 - b) * kappa) ** 2 + ((b - c) * rest) ** 2 + WOBBLE * kappa * rest * (1 - c) ** 2
+    slip = np.cos(impacts.alpha1) + distance * impacts.spin[:, 2]
+    speed = slip**2 + (distance * impacts.spin[:, 0]) ** 2 + np.sin(impacts.alpha1) ** 2
+    speed += (0.5 * square + LEAST_WOBBLE) * spin**2
+    energy = 1.0 + inertia * spin**2
+    root = np.sqrt(inertia)
+    contact = Contact(kappa, distance, root, energy, np.sqrt(speed), slip, spin, np.empty(0))
+    velocity = np.column_stack(
+        [np.cos(impacts.alpha1), np.sin(impacts.alpha1), np.zeros_like(spin)]
+    )
+    _, rest = _parts(velocity, root[:, None] * impacts.spin, contact)
+    return contact._replace(rest=rest / np.sqrt(energy)[:, None])
+
+
+def impact_inputs(
+    impacts: Impacts, moments: Moments, contact: Contact, speed: SpeedCoordinate
+) -> FloatArray:
+    """Compute the inputs of impacts, (n, 9).
+
+    The inputs are sqrt(alpha1), the coordinate of the speed V q of the contact, the vector sigma,
+    the slip (cos alpha1 + rho s_z)/q, log((kappa + PLACE_CORE)/(1 - kappa + PLACE_CORE)), b/a and
+    c/b. The vector
 
         sigma = s (SPIN_CORE / |s| + (1 + |s|^2)^(-1/4))
 
     has the direction of the spin s. Its size begins at `SPIN_CORE`, because the law depends on the
     direction of even the slowest spin. It grows in proportion to a small spin, and with the root of
-    a large one, on which the law depends less. Without spin, sigma and kappa are 0.
+    a large one, on which the law depends less.
     """
-    spin = impacts.spin
-    size = np.linalg.norm(spin, axis=1)
-    has_spin = size > 0.0
-    factor = SPIN_CORE / np.where(has_spin, size, 1.0) + 1.0 / np.sqrt(np.sqrt(1.0 + size * size))
-    inertia = np.where(has_spin, impacts.inertia, moments.largest)
+    size, kappa = contact.spin, contact.kappa
+    core = SPIN_CORE / np.where(size > 0.0, size, 1.0)
+    sigma = impacts.spin * (core + 1.0 / np.sqrt(np.sqrt(1.0 + size * size)))[:, None]
     return np.column_stack(
         [
             np.sqrt(impacts.alpha1),
-            speed.transform(effective_speed(impacts)),
-            spin * factor[:, None],
-            np.where(has_spin, kappa_from_inertia(inertia, moments), 0.0),
+            speed.transform(impacts.speed * contact.speed),
+            sigma,
+            contact.slip / contact.speed,
+            np.log((kappa + PLACE_CORE) / (1.0 - kappa + PLACE_CORE)),
             impacts.grain[:, 1:],
         ]
     )
@@ -145,15 +217,26 @@ def reflect(values: FloatArray, is_reflected: NDArray[np.bool_], signs: FloatArr
     return np.where(is_reflected[:, None], values * signs, values)
 
 
-def rebound_outcomes(states: FloatArray, inertia: FloatArray, energy: FloatArray) -> FloatArray:
-    """Compute the outcomes p and o of rebounds, (n, 6).
+def rebound_outcomes(
+    states: FloatArray, inertia: FloatArray, moments: Moments, contact: Contact
+) -> FloatArray:
+    """Compute the outcomes p, o and kappa of rebounds, (n, 7).
 
-    With the velocity c over V and the spin s after the rebound, the inertia k about it, and the
-    energy E before the rebound,
+    With (c_u, c_v, c_w) the velocity over V, y the spin times the root of the inertia about it, and
+    tan f = rho / sqrt(k) before the impact, a motion has the parts
 
-        p = c / sqrt(E - |c|^2),    o = s sqrt(k) / sqrt(E - |c|^2 - k |s|^2).
+        g = (c_u cos f + y_z sin f, c_v, c_w cos f - y_x sin f),
+        d = (c_w sin f + y_x cos f, y_y, y_z cos f - c_u sin f).
 
-    The last root is that of the energy that the wall takes.
+    Before the impact |g|^2 + |d|^2 = E. After it (d', R) with R = E - |d'|^2 is a point of a sphere
+    in four dimensions, Y' = (sqrt(R), d')/sqrt(E). It is seen from Y = (Y_0, (1 - Q^2) d/sqrt(E))
+    of size 1, where Q = min(1, q/sqrt(E)): a grain whose whole energy is at the contact begins from
+    rest, and one that rolls from where it is. In the tangential space at Y,
+
+        o = 2 tan(theta/2)/Q in the direction of Y', theta the angle between Y and Y',
+        p = g'/sqrt(R - |g'|^2).
+
+    The last outcome compares the odds of kappa' after the impact with those before, from 0 to 1.
 
     Parameters
     ----------
@@ -161,14 +244,49 @@ def rebound_outcomes(states: FloatArray, inertia: FloatArray, energy: FloatArray
         Velocities over V, and angular velocities times a/V, after the rebound.
     inertia : (n,) float64
         Inertias about the spin after the rebound, over m a^2.
-    energy : (n,) float64
-        Energies before the rebound, over m V^2 / 2.
+    moments : Moments
+    contact : Contact
+        Before the rebound.
     """
-    velocity, spin = states[:, :3], states[:, 3:]
-    remainder = energy - np.sum(velocity**2, axis=1)
-    loss = remainder - inertia * np.sum(spin**2, axis=1)
-    remainder, loss = (np.maximum(part, LEAST_REST * energy)[:, None] for part in (remainder, loss))
-    return np.hstack([velocity / np.sqrt(remainder), spin * np.sqrt(inertia[:, None] / loss)])
+    energy = contact.energy[:, None]
+    g, d = _parts(states[:, :3], np.sqrt(inertia)[:, None] * states[:, 3:], contact)
+    left = np.maximum(energy - np.sum(d * d, axis=1)[:, None], LEAST_LEFT**2 * energy)
+    loss = np.maximum(left - np.sum(g * g, axis=1)[:, None], LEAST_REST * left)
+    after = np.hstack([np.sqrt(left), d]) / np.sqrt(energy)
+    after /= np.linalg.norm(after, axis=1)[:, None]
+    share = np.minimum(1.0, contact.speed / np.sqrt(contact.energy))[:, None]
+    base = (1.0 - share**2) * contact.rest
+    pole = np.sqrt(1.0 - np.sum(base * base, axis=1))[:, None]
+    along = np.sum(base * after[:, 1:], axis=1)[:, None]
+    ahead = pole * after[:, :1] + along
+    side = after[:, 1:] - base * (after[:, :1] + along / (1.0 + pole))
+    o = 2.0 * side / (np.maximum(1.0 + ahead, LEAST_LEFT) * share)
+    kappa = kappa_from_inertia(inertia, moments)
+    ahead_of, behind = _odds(contact)
+    odds = kappa * behind
+    return np.column_stack([g / np.sqrt(loss), o, odds / (odds + (1.0 - kappa) * ahead_of)])
+
+
+def _parts(
+    velocity: FloatArray, root_spin: FloatArray, contact: Contact
+) -> tuple[FloatArray, FloatArray]:
+    """Divide motions into the part g at the nominal contact and the part d, (n, 3) each."""
+    root, rho = contact.root_inertia, contact.distance
+    size = np.sqrt(root**2 + rho**2)
+    cosine, sine = root / size, rho / size
+    (c_u, c_v, c_w), (y_x, y_y, y_z) = velocity.T, root_spin.T
+    return (
+        np.column_stack([c_u * cosine + y_z * sine, c_v, c_w * cosine - y_x * sine]),
+        np.column_stack([c_w * sine + y_x * cosine, y_y, y_z * cosine - c_u * sine]),
+    )
+
+
+def _odds(contact: Contact) -> tuple[FloatArray, FloatArray]:
+    """Return kappa + delta and 1 - kappa + delta before the impact."""
+    turning = contact.root_inertia * contact.spin
+    share = np.minimum(1.0, contact.speed / np.maximum(turning, 1e-300))
+    delta = KAPPA_CORE * share
+    return contact.kappa + delta, 1.0 - contact.kappa + delta
 
 
 def normal_work_outcome(works: FloatArray) -> FloatArray:
@@ -182,10 +300,9 @@ def normal_work_outcome(works: FloatArray) -> FloatArray:
 
 
 def features(t: FloatArray, dtype: DTypeLike = np.float64) -> NDArray[Any]:
-    """Compute the features of standardised inputs t (n, 8): arrays (n, 30) of a type.
+    """Compute the features of standardised inputs t (n, 9): arrays (n, 55) of a type.
 
-    The features are 1, the inputs t_i, the products t_i t_j for i < j < 6, and t_i^2 - 1/2 for
-    i < 6, where the first six inputs are those of the impact and the last two are the ratios.
+    The features are 1, the inputs t_i, the products t_i t_j for i < j, and t_i^2 - 1/2.
     """
     phi = np.empty((len(t), N_FEATURES), dtype=dtype)
     phi[:, 0], phi[:, 1 : 1 + N_INPUTS] = 1.0, t
@@ -195,7 +312,7 @@ def features(t: FloatArray, dtype: DTypeLike = np.float64) -> NDArray[Any]:
 
 
 def used_features(varies: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Find which of the 30 features are not constant, from which of the 8 inputs vary."""
+    """Find which of the 55 features are not constant, from which of the 9 inputs vary."""
     i, j = _PAIRS
     return np.concatenate([[True], varies, varies[i] & varies[j]])
 

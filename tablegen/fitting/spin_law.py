@@ -41,7 +41,7 @@ from tablegen.fitting.spin_coordinates import (
     choose_reflected,
     impact_inputs,
     inertia_from_kappa,
-    kappa_from_inertia,
+    nominal_contact,
     normal_work_outcome,
     rebound_outcomes,
     reflect,
@@ -49,15 +49,12 @@ from tablegen.fitting.spin_coordinates import (
 from tablegen.fitting.tree import Tree, grow_tree, join_trees
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct_law import DirectLaw
-from tablegen.simulation.impact_chains import Impacts, energy_factor, simulate_departures
+from tablegen.simulation.impact_chains import Impacts, simulate_departures
 
 #: Speed coordinates to choose from if the restitution does not fall exponentially with a power of
 #: the speed: exponents, and parts of the largest V_e at which the coordinate is 1/2. The first pair
 #: is for restitution laws that are not tables.
 _SPEED_COORDINATES = [(0.5, 0.2), (0.5, 1.0), (1.0, 0.2), (1.0, 0.5), (1.0, 2.0)]
-
-#: Column of kappa among the inputs.
-_KAPPA = 5
 
 #: Conditions that are drawn at a time: their impacts take three times as much memory.
 _BATCH = 50_000
@@ -173,7 +170,7 @@ def _coverage_datasets(config: Config, codes: list[int]) -> dict[str, NDArray[An
         "spin/shape_weights": np.diff(arguments.cumulative_weights, prepend=0.0),
         "spin/ratio_range": np.array([ratio_range(config.population, code) for code in codes]),
         "spin/aspect": arguments.aspect,
-        "spin/speed_coordinate": np.array(speed_coordinate(config)),
+        "spin/speed_coordinate": np.array(speed_coordinate(config)[:2]),
         "spin/alpha_range_deg": np.degrees(covered_range(config).alpha),
         "spin/speed_range": np.array(covered_range(config).effective),
         "spin/spin_range": np.array(SPIN_RANGE),
@@ -205,17 +202,21 @@ def speed_coordinate(config: Config) -> SpeedCoordinate:
 
     If restitution falls as exp(-A V^n), this is the coordinate, provided that a file can store A
     and n. For a tabulated restitution it is the coordinate in which the mean restitution comes
-    nearest to a line.
+    nearest to a line. It is constant if restitution does not depend on the speed.
     """
     law, (low, high) = config.pair.restitution, covered_range(config).effective
+    if not law.depends_on_speed:
+        least = SPEED_COORDINATE[0]
+        return SpeedCoordinate(least, least, high)
     if isinstance(law, ExponentialRestitution):
-        coordinate = SpeedCoordinate(law.coefficient, law.exponent)
-        if all(SPEED_COORDINATE[0] <= number <= SPEED_COORDINATE[1] for number in coordinate):
+        coordinate = SpeedCoordinate(law.coefficient, law.exponent, high)
+        if all(SPEED_COORDINATE[0] <= number <= SPEED_COORDINATE[1] for number in coordinate[:2]):
             return coordinate
     candidates = [
-        SpeedCoordinate(math.log(2.0) / (part * high) ** n, n) for n, part in _SPEED_COORDINATES
+        SpeedCoordinate(math.log(2.0) / (part * high) ** n, n, high)
+        for n, part in _SPEED_COORDINATES
     ]
-    if not isinstance(law, TabulatedRestitution) or not law.depends_on_speed:
+    if not isinstance(law, TabulatedRestitution):
         return candidates[0]
     speeds = np.linspace(low, high, 200)
     mean = np.interp(speeds, law.speed, np.mean(law.value, axis=0))
@@ -308,15 +309,12 @@ def _rounded_conditions(
 
     All of them are rounded to single precision.
     """
-    if not config.pair.restitution.depends_on_speed:
-        # all impacts get the same V_e, so that no leaf is cut in it
-        speed = covered_range(config).effective[1] / energy_factor(impacts.spin, impacts.inertia)
-        impacts = impacts._replace(speed=speed)
     ratios = impacts.grain[:, 1:]
     moments = grain_moments(config.population, int(impacts.grain[0, 0]), ratios)
-    inputs = impact_inputs(impacts, moments, speed_coordinate(config))
+    contact = nominal_contact(impacts, moments)
+    inputs = impact_inputs(impacts, moments, contact, speed_coordinate(config))
     is_reflected = choose_reflected(inputs, rng)
-    columns = np.column_stack([impacts.alpha1, impacts.speed, impacts.spin, inputs[:, _KAPPA]])
+    columns = np.column_stack([impacts.alpha1, impacts.speed, impacts.spin, contact.kappa])
     inputs = reflect(inputs, is_reflected, INPUT_SIGNS)
     return [columns.astype("f4"), ratios.astype("f4"), is_reflected, inputs.astype("f4")]
 
@@ -328,6 +326,8 @@ def leaf_task(
     law = DirectLaw.from_config(config)
     rng = np.random.Generator(np.random.Philox(key=[config.table.seed, _stream(key)]))
 
+    if not leaf.conditions[:, 2:5].any():
+        sizes = sizes._replace(experts=sizes.nonspinning_experts)
     # rebounds are in random order, and each condition is simulated about equally often; if there
     # are more conditions than rebounds, some are left out
     conditions = rng.permutation(len(leaf.inside))
@@ -373,19 +373,12 @@ def _block_of_rebounds(
 ) -> Rebounds:
     """Simulate some of the rebounds of `_rebounds`; ``first`` is the number of the first one."""
     impacts, moments = _impacts(config.population, shape_code, leaf, rows, first)
-    is_reflected = leaf.is_reflected[rows]
-    inputs = reflect(
-        impact_inputs(impacts, moments, speed_coordinate(config)), is_reflected, INPUT_SIGNS
-    )
+    is_reflected, contact = leaf.is_reflected[rows], nominal_contact(impacts, moments)
+    inputs = impact_inputs(impacts, moments, contact, speed_coordinate(config))
+    inputs = reflect(inputs, is_reflected, INPUT_SIGNS)
     departures = simulate_departures(law, impacts, seed, threads=1)
-    energy = energy_factor(impacts.spin, impacts.inertia) ** 2
     inertia = np.where(departures.inertia > 0.0, departures.inertia, moments.largest)
-    outcomes = np.column_stack(
-        [
-            rebound_outcomes(departures.states, inertia, energy),
-            kappa_from_inertia(inertia, moments),
-        ]
-    )
+    outcomes = rebound_outcomes(departures.states, inertia, moments, contact)
     outcomes = reflect(outcomes, is_reflected, OUTCOME_SIGNS)
     if has_works(config.domain.columns):
         outcomes = np.column_stack([outcomes, normal_work_outcome(departures.works)])

@@ -95,7 +95,7 @@ MALFORMED = {
     ("spin", -25): [field("n_nodes", 2**20), field("n_outcomes", 8)],
     ("spin", -26): [
         *(number("roots", 1, n) for n in (-1, 8)),
-        *(number("node_axis", 7, n) for n in (-1, 9)),
+        *(number("node_axis", 7, n) for n in (-1, 10)),
         *(number("node_child", at, n) for at, n in ((2, 1), (3, 0), (15, 8), (0, -11), (14, -11))),
     ],
     ("spheres", -23): [

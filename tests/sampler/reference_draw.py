@@ -178,7 +178,9 @@ def reference_before(contents, speed, spin, inertia, grain, words):
     square, most_spin = sum(x * x for x in spin), contents["spin/spin_range"][1]
     spin = min(1.0, most_spin / math.sqrt(square)) * np.array(spin) if square else np.zeros(3)
     least, most = reference_moments(contents, grain)
-    if inertia:
+    if not square:
+        inertia, kappa = 0.5 * (least + most), 0.5
+    elif inertia:
         inertia = min(max(inertia, least), most)
         kappa = reference_kappa(inertia, least, most)
     else:
@@ -189,7 +191,27 @@ def reference_before(contents, speed, spin, inertia, grain, words):
         inertia = reference_inertia(kappa, least, most)
         kappa = kappa if most - least > 1e-9 * most else 0.5
     energy = 1.0 + inertia * (spin @ spin)
-    return spin, inertia, kappa * (square > 0.0), energy, speed * math.sqrt(energy)
+    return spin, inertia, kappa, energy, speed * math.sqrt(energy)
+
+
+def reference_contact(alpha, spin, inertia, kappa, grain):
+    """Distance of the nominal contact, the square of its speed over V, and its slip over V."""
+    b, c, rest = grain[1], grain[1] * grain[2], 1.0 - kappa
+    distance = (b + c + kappa * (1.0 - c)) / 2.0
+    wobble = ((1.0 - b) * kappa) ** 2 + ((b - c) * rest) ** 2 + 2.4 * kappa * rest * (1.0 - c) ** 2
+    slip = math.cos(alpha) + distance * spin[2]
+    speed = slip**2 + (distance * spin[0]) ** 2 + math.sin(alpha) ** 2
+    return distance, speed + (wobble / 2.0 + 1e-6) * (spin @ spin), slip
+
+
+def reference_moved(point, outcomes, share):
+    """Point of the unit sphere in four dimensions to which outcomes move another point."""
+    tangent = np.array(outcomes) * share / 2.0
+    square = tangent @ tangent
+    z = np.array([1.0 - square, *2.0 * tangent]) / (1.0 + square)
+    pole = np.array([1.0, 0.0, 0.0, 0.0])
+    half = pole + point
+    return z - half * (half @ z) / (1.0 + point[0]) + 2.0 * point * z[0]
 
 
 def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
@@ -211,16 +233,19 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     side = (w[0] % 256 * 256 + w[1] % 256 + 0.5) / 2**16
     turn = 1.0 if side < 0.5 + 5.0 * sigma[0] else -1.0
     sigma, spin = sigma * [turn, turn, 1.0], spin * [turn, turn, 1.0]
-    k, n = contents["spin/speed_coordinate"]
+    alpha = min(max(alpha1, alphas[0]), alphas[1])
     effective = min(max(effective, speeds[0]), speeds[1])
-    q = [math.sqrt(min(max(alpha1, alphas[0]), alphas[1])), math.exp(-k * effective**n), *sigma]
-    q.append(kappa)
+    distance, square, slip = reference_contact(alpha, spin, inertia, kappa, grain)
+    k, n = contents["spin/speed_coordinate"]
+    fast = min(effective / math.sqrt(energy) * math.sqrt(square), speeds[1])
+    place = math.log((kappa + 0.03) / (1.03 - kappa))
+    q = [math.sqrt(alpha), math.exp(-k * fast**n), *sigma, slip / math.sqrt(square), place]
     # 2. leaf
     row = list(contents["spin/shape_codes"]).index(grain[0])
     leaf = _leaf(contents, row, [*q, sigma @ sigma, *grain[1:]])
     # 3. features
     t = (np.array([*q, *grain[1:]]) - contents["spin/centre"][leaf]) * contents["spin/scale"][leaf]
-    products = [t[i] * t[j] - 0.5 * (i == j) for i in range(6) for j in range(i, 6)]
+    products = [t[i] * t[j] - 0.5 * (i == j) for i in range(9) for j in range(i, 9)]
     features = np.array([1.0, *t, *products])
     # 4. expert
     group = _chosen(features @ (contents["spin/group_gate"][leaf] / 512.0), w[0])
@@ -238,10 +263,23 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     bounded = z / np.sqrt(1.0 + z * z / 36.0)
     x = np.array([np.interp(bounded[j], knots, quantiles[j]) for j in range(n)])
     # 7. state
-    after = reference_inertia(min(max(x[6], 0.0), 1.0), *reference_moments(contents, grain))
-    left = energy / (1.0 + x[:3] @ x[:3])
-    loss = left / (1.0 + x[3:6] @ x[3:6])
-    velocity, omega = math.sqrt(left) * x[:3], math.sqrt(loss / after) * x[3:6]
+    share = min(1.0, math.sqrt(square / energy))
+    root, size = math.sqrt(inertia), math.hypot(math.sqrt(inertia), distance)
+    cosine, sine, y = root / size, distance / size, root * spin
+    rest = np.array([y[0] * cosine, y[1], y[2] * cosine - math.cos(alpha) * sine])
+    rest *= (1.0 - share**2) / math.sqrt(energy)
+    moved = reference_moved(np.array([math.sqrt(1.0 - rest @ rest), *rest]), x[3:6], share)
+    left, rest = energy * moved[0] ** 2, math.sqrt(energy) * moved[1:]
+    loss = left / (1.0 + x[:3] @ x[:3])
+    g = math.sqrt(loss) * x[:3]
+    turning = root * math.sqrt(spin @ spin)
+    delta = 0.05 * min(1.0, math.sqrt(square) / turning) if turning else 0.05
+    odds = min(max(x[6], 0.0), 1.0)
+    first, second = odds * (kappa + delta), (1.0 - odds) * (1.0 - kappa + delta)
+    after = reference_inertia(first / (first + second), *reference_moments(contents, grain))
+    velocity = [g[0] * cosine - rest[2] * sine, g[1], g[2] * cosine + rest[0] * sine]
+    y = np.array([rest[0] * cosine - g[2] * sine, rest[1], g[0] * sine + rest[2] * cosine])
+    omega = y / math.sqrt(after)
     share = min(max(x[7], 0.0), 1.0) ** 6 if n > 7 else 0.0
     works = [share * loss, (1.0 - share) * loss] if n > 7 else []
-    return np.array([*velocity * [1.0, 1.0, turn], *omega * [turn, turn, 1.0], *works, after])
+    return np.array([*velocity * np.array([1, 1, turn]), *omega * [turn, turn, 1.0], *works, after])

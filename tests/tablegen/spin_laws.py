@@ -54,9 +54,9 @@ def chain_sample(config, most_spin_z=np.inf):
 
 
 def folded_inputs(n, rng, spinning=True):
-    """Inputs of the spin law, (n, 8), uniform over what conditions have after the fold."""
-    low = [0.03, 0.0, 0.0, -2.0, -2.0, 0.0, 0.5, 0.5]
-    high = [1.25, 0.7, 2.0, 2.0, 2.0, 1.0, 1.0, 1.0]
-    inputs = rng.uniform(low, high, (n, 8))
+    """Inputs of the spin law, (n, 9), uniform over what conditions have after the fold."""
+    low = [0.03, 0.0, 0.0, -2.0, -2.0, -1.0, -3.5, 0.5, 0.5]
+    high = [1.25, 0.7, 2.0, 2.0, 2.0, 1.0, 3.5, 1.0, 1.0]
+    inputs = rng.uniform(low, high, (n, 9))
     inputs[:, 2 : len(CONDITIONS)] *= spinning
     return inputs

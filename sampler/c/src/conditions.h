@@ -47,15 +47,15 @@ RBTI_INLINE RBT_DEVICE float rbti_logarithm_to_two(float x)
                           q * (0.41219858311113243f + q * 0.3205988979753252f))));
 }
 
-/* Coordinate of the speed, exp(-k V_e^n), from V_e in m/s. */
+/* Coordinate of the speed of a contact, exp(-k (V q)^n), from V q in m/s. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_speed_coordinate(size_t m, const rbt_spin_law *law,
-                                                       const double *effective, double *values)
+                                                       const double *speed, double *values)
 {
     const float exponent = (float)law->speed_exponent, scale = -(float)law->speed_scale;
     const double last = law->speed_last;
     float y[RBTI_BLOCK] RBTI_ALIGNED;
     RBTI_EACH_DRAW(r) {
-        const float power = exponent * rbti_logarithm_to_two((float)(effective[r] / last));
+        const float power = exponent * rbti_logarithm_to_two((float)(speed[r] / last));
         y[r] = rbti_least_power(power < 0.0f ? power : 0.0f);
     }
     RBTI_EACH_DRAW(r) {
@@ -116,27 +116,28 @@ RBTI_INLINE RBT_DEVICE double rbti_drawn_kappa(const rbt_spin_law *law, int32_t 
 
 /* Inertias about the spin, and their places kappa. An inertia is limited to what the grain can have, and
    is_beyond[r] says whether it lay beyond; an inertia that is not known is drawn. Without a spin kappa is
-   0. */
+   1/2, and the inertia the mean of both moments. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_inertia(size_t m, const rbt_spin_law *law, rbti_spin_draws *d,
                                               int *is_beyond)
 {
-    double *kappa = d->inputs + RBTI_IN_KAPPA * m, square[RBTI_BLOCK] RBTI_ALIGNED;
+    double square[RBTI_BLOCK] RBTI_ALIGNED;
     int unknown[RBTI_BLOCK] RBTI_ALIGNED, any = 0;
     RBTI_EACH_DRAW(r) {
         const double inertia = d->inertia[r], least = d->least[r], most = d->most[r];
+        const double known = rbti_bounded(inertia, least, most);
         square[r] = rbti_square(d->spin[r], d->spin[m + r], d->spin[2 * m + r]);
         is_beyond[r] = rbti_inertia_is_beyond(inertia, square[r], least, most);
         unknown[r] = (inertia <= 0.0) & (square[r] > 0.0);
         any |= unknown[r];
-        d->inertia[r] = rbti_bounded(inertia, least, most);
-        kappa[r] = square[r] > 0.0 ? rbti_kappa(d->inertia[r], least, most) : 0.0;
+        d->inertia[r] = square[r] > 0.0 ? known : 0.5 * (least + most);
+        d->kappa[r] = square[r] > 0.0 ? rbti_kappa(known, least, most) : 0.5;
     }
     for (size_t r = 0; r < m && any; r++) {
         if (!unknown[r])
             continue;
         const int apart = d->most[r] - d->least[r] > RBTI_EQUAL_MOMENTS * d->most[r];
         const double drawn = rbti_drawn_kappa(law, d->shape[r], d->words[11 * m + r]);
-        kappa[r] = apart ? drawn : 0.5;
+        d->kappa[r] = apart ? drawn : 0.5;
         d->inertia[r] = rbti_inertia_at(drawn, d->least[r], d->most[r]);
     }
 }
@@ -160,12 +161,79 @@ RBTI_INLINE RBT_DEVICE double rbti_sigma_over_spin(double square)
     return (square > 0.0 ? core : 0.0) + 1.0 / sqrt(sqrt(1.0 + square));
 }
 
-/* Step 1: the inputs of the condition, and its flags. */
+/* Cosine and sine of an angle from 0 to pi / 2, by Taylor series about pi / 4. */
+RBTI_INLINE RBT_DEVICE void rbti_cosine_and_sine(double angle, double *cosine, double *sine)
+{
+    const double x = angle - 0.5 * RBTI_HALF_PI, q = -x * x;
+    double even = 1.0 + q * (1.0 / 240.0), odd = 1.0 + q * (1.0 / 210.0);
+    even = 1.0 + q * (1.0 / 182.0) * even;
+    odd = 1.0 + q * (1.0 / 156.0) * odd;
+    even = 1.0 + q * (1.0 / 132.0) * even;
+    odd = 1.0 + q * (1.0 / 110.0) * odd;
+    even = 1.0 + q * (1.0 / 90.0) * even;
+    odd = 1.0 + q * (1.0 / 72.0) * odd;
+    even = 1.0 + q * (1.0 / 56.0) * even;
+    odd = 1.0 + q * (1.0 / 42.0) * odd;
+    even = 1.0 + q * (1.0 / 30.0) * even;
+    odd = 1.0 + q * (1.0 / 20.0) * odd;
+    even = 1.0 + q * (1.0 / 12.0) * even;
+    odd = 1.0 + q * (1.0 / 6.0) * odd;
+    even = 1.0 + q * 0.5 * even;
+    odd = x * odd;
+    *cosine = RBTI_ROOT_HALF * (even - odd);
+    *sine = RBTI_ROOT_HALF * (even + odd);
+}
+
+/* The nominal contact of each draw, from its angle, and from the spin that it is drawn with, in d->spin:
+   what outcomes are relative to, the speed q of the contact, and its slip among the inputs. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_contact(size_t m, const double *angle, rbti_spin_draws *d,
+                                              double *speed)
+{
+    const double *b_a = d->inputs + RBTI_IN_B_A * m, *c_b = d->inputs + RBTI_IN_C_B * m;
+    double *slip = d->inputs + RBTI_IN_SLIP * m;
+    double u[RBTI_BLOCK] RBTI_ALIGNED, v[RBTI_BLOCK] RBTI_ALIGNED;
+    RBTI_EACH_DRAW(r)
+        rbti_cosine_and_sine(angle[r], u + r, v + r);
+    RBTI_EACH_DRAW(r) {
+        const double b = b_a[r], c = b * c_b[r], kappa = d->kappa[r], other = 1.0 - kappa;
+        const double x = d->spin[r], y = d->spin[m + r], z = d->spin[2 * m + r];
+        const double square = rbti_square(x, y, z), k = d->inertia[r];
+        const double rho = 0.5 * (b + c) + 0.5 * kappa * (1.0 - c);
+        const double first = (1.0 - b) * kappa, second = (b - c) * other, third = 1.0 - c;
+        const double wobble = first * first + second * second +
+                              RBTI_WOBBLE * kappa * other * third * third;
+        const double ahead = u[r] + rho * z, across = rho * x;
+        const double q = sqrt(ahead * ahead + across * across + v[r] * v[r] +
+                              (0.5 * wobble + RBTI_LEAST_WOBBLE) * square);
+        const double energy = 1.0 + k * square, per_energy = 1.0 / sqrt(energy);
+        const double per_size = 1.0 / sqrt(k + rho * rho), root = sqrt(k);
+        const double cosine = root * per_size, sine = rho * per_size;
+        const double turning = root * sqrt(square), share = q < turning ? q / turning : 1.0;
+        const double delta = RBTI_KAPPA_CORE * share;
+        const double part = q * per_energy;
+        speed[r] = q;
+        slip[r] = ahead / q;
+        d->energy[r] = energy;
+        d->cosine[r] = cosine;
+        d->sine[r] = sine;
+        d->share[r] = part < 1.0 ? part : 1.0;
+        d->odds[r] = kappa + delta;
+        d->odds[m + r] = other + delta;
+        d->rest[r] = root * x * cosine * per_energy;
+        d->rest[m + r] = root * y * per_energy;
+        d->rest[2 * m + r] = (root * z * cosine - u[r] * sine) * per_energy;
+    }
+}
+
+/* Step 1: the inputs of the condition, and its flags. The spin becomes the one that is drawn with, which
+   is not longer than the law covers, and belongs to the mirror image if that is drawn. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, rbti_spin_draws *d,
                                              int *flags)
 {
     const rbt_spin_law *law = &table->spin;
-    double effective[RBTI_BLOCK] RBTI_ALIGNED, *inputs = d->inputs;
+    double effective[RBTI_BLOCK] RBTI_ALIGNED, speed[RBTI_BLOCK] RBTI_ALIGNED;
+    double angle[RBTI_BLOCK] RBTI_ALIGNED, *inputs = d->inputs;
+    float place[RBTI_BLOCK] RBTI_ALIGNED;
     int inertia_is_beyond[RBTI_BLOCK] RBTI_ALIGNED;
     rbti_fill_moments(m, &table->population, d);
     rbti_fill_inertia(m, law, d, inertia_is_beyond);
@@ -174,22 +242,29 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
         const double square = rbti_square(x, y, z), most = law->most_spin;
         const double covered = square < most ? square : most;
         const double shorter = square > most ? sqrt(most / square) : 1.0;
-        const double energy = 1.0 + d->inertia[r] * covered, root = sqrt(energy);
+        const double root = sqrt(1.0 + d->inertia[r] * covered);
         const double scale = rbti_sigma_over_spin(covered) * shorter;
         const double sign = rbti_mirror_sign(scale * x, d->words[r], d->words[m + r]);
-        const double sigma_x = sign * (scale * x), sigma_y = sign * (scale * y);
-        const double sigma_z = scale * z;
         flags[r] = rbti_spin_flags(table, d->alpha1[r], d->speed[r], root, square,
                                    inertia_is_beyond[r]);
-        effective[r] = rbti_effective_speed(table, d->speed[r], root);
-        inputs[RBTI_IN_ROOT_ANGLE * m + r] =
-            sqrt(rbti_bounded(d->alpha1[r], law->alpha_first, law->alpha_last));
-        inputs[RBTI_IN_SIGMA_X * m + r] = sigma_x;
-        inputs[RBTI_IN_SIGMA_Y * m + r] = sigma_y;
-        inputs[RBTI_IN_SIGMA_Z * m + r] = sigma_z;
-        inputs[RBTI_IN_SQUARE * m + r] = rbti_square(sigma_x, sigma_y, sigma_z);
-        d->energy[r] = energy;
+        effective[r] = rbti_effective_speed(table, d->speed[r], root) / root;
+        angle[r] = rbti_bounded(d->alpha1[r], law->alpha_first, law->alpha_last);
+        inputs[RBTI_IN_ROOT_ANGLE * m + r] = sqrt(angle[r]);
+        inputs[RBTI_IN_SIGMA_X * m + r] = sign * (scale * x);
+        inputs[RBTI_IN_SIGMA_Y * m + r] = sign * (scale * y);
+        inputs[RBTI_IN_SIGMA_Z * m + r] = scale * z;
+        inputs[RBTI_IN_SQUARE * m + r] = scale * scale * square;
+        d->spin[r] = sign * (shorter * x);
+        d->spin[m + r] = sign * (shorter * y);
+        d->spin[2 * m + r] = shorter * z;
         d->sign[r] = sign;
+        place[r] = (float)((d->kappa[r] + RBTI_PLACE_CORE) / (1.0 - d->kappa[r] + RBTI_PLACE_CORE));
+        place[r] = RBTI_LOG_2 * rbti_logarithm_to_two(place[r]);
+    }
+    rbti_fill_contact(m, angle, d, speed);
+    RBTI_EACH_DRAW(r) {
+        effective[r] *= speed[r];
+        inputs[RBTI_IN_PLACE * m + r] = (double)place[r];
     }
     rbti_fill_speed_coordinate(m, law, effective, inputs + RBTI_IN_SPEED * m);
 }
@@ -219,7 +294,7 @@ RBTI_INLINE RBT_DEVICE void rbti_find_leaves(size_t m, const rbt_spin_law *law, 
 }
 
 /* Step 3: the features. They are 1, the inputs t relative to the middle of the leaf, and the products of
-   two conditions. */
+   two of them. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law,
                                                rbti_spin_draws *d)
 {
@@ -238,8 +313,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law
             features[(1 + k) * m + r] = ((float)inputs[r] - middle[r]) * scale[r];
     }
     float *product = features + (1 + RBTI_INPUTS) * m;
-    for (size_t i = 1; i <= RBTI_CONDITIONS; i++) {
-        for (size_t j = i; j <= RBTI_CONDITIONS; j++) {
+    for (size_t i = 1; i <= RBTI_INPUTS; i++) {
+        for (size_t j = i; j <= RBTI_INPUTS; j++) {
             RBTI_EACH_DRAW(r)
                 product[r] = features[i * m + r] * features[j * m + r] - (i == j ? 0.5f : 0.0f);
             product += m;

@@ -1,7 +1,7 @@
 /* -- spin draw, steps 4 and 5: an expert, and its scores -------------------------------------------
 
    From features to scores, in single precision, as tables/FORMAT.md, "The spin law", steps 4 and 5.
-   Features choose one of 8 groups of a leaf and one of 16 experts of the group, by a softmax of linear
+   Features choose one of 8 groups of a leaf and one of 8 experts of the group, by a softmax of linear
    forms; the scores are normal, with the means and the factor of the expert. */
 
 /* Eight numbers that one instruction takes, if the compiler has such types. If the sums below were loops
@@ -65,20 +65,18 @@ RBTI_INLINE RBT_DEVICE void rbti_add_triangle(size_t m, size_t rows, const int16
 #endif
 }
 
-/* Logits of `count` choices for each draw: its features times the coefficients at its place among the
+/* Logits of eight choices for each draw: its features times the coefficients at its place among the
    gates. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, size_t count, const int16_t *gates,
-                                             const int32_t *places, const float *features,
-                                             float *logits)
+RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, const int16_t *gates, const int32_t *places,
+                                             const float *features, float *logits)
 {
     RBTI_EACH_DRAW(r) {
-        const int16_t *gate = gates + RBTI_FEATURES * count * (size_t)places[r];
-        float sums[RBTI_GROUP_SIZE] RBTI_ALIGNED;
-        for (size_t k = 0; k < count; k++)
+        float sums[8] RBTI_ALIGNED;
+        for (size_t k = 0; k < 8; k++)
             sums[k] = 0.0f;
-        for (size_t k = 0; k < count; k += 8)
-            rbti_add_rows(m, RBTI_FEATURES, gate + k, count, features + r, sums + k);
-        for (size_t k = 0; k < count; k++)
+        rbti_add_rows(m, RBTI_FEATURES, gates + RBTI_FEATURES * 8 * (size_t)places[r], 8,
+                      features + r, sums);
+        for (size_t k = 0; k < 8; k++)
             logits[k * m + r] = sums[k];
     }
 }
@@ -129,15 +127,15 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, size_t outcomes, const 
                                                rbti_spin_draws *d)
 {
     const size_t numbers = RBTI_FEATURES * RBTI_GROUP_SIZE, stride = rbti_expert_stride(outcomes);
-    float weights[RBTI_GROUP_SIZE * RBTI_BLOCK] RBTI_ALIGNED;
-    rbti_fill_logits(m, RBTI_GROUPS, law->group_gates, d->leaf, d->features, weights);
+    float weights[RBTI_GROUPS * RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_fill_logits(m, law->group_gates, d->leaf, d->features, weights);
     rbti_to_weights(m, RBTI_GROUPS, weights);
     rbti_pick(m, RBTI_GROUPS, weights, d->words, d->group);
     RBTI_EACH_DRAW(r) {
         d->group[r] += d->leaf[r] * RBTI_GROUPS;
         rbti_prefetch(law->gates + numbers * (size_t)d->group[r], numbers);
     }
-    rbti_fill_logits(m, RBTI_GROUP_SIZE, law->gates, d->group, d->features, weights);
+    rbti_fill_logits(m, law->gates, d->group, d->features, weights);
     rbti_to_weights(m, RBTI_GROUP_SIZE, weights);
     rbti_pick(m, RBTI_GROUP_SIZE, weights, d->words + m, d->expert);
     RBTI_EACH_DRAW(r) {

@@ -84,13 +84,13 @@ typedef struct rbti_header {
     DO(node_axis, spin.node_axis, int8_t, h->n_leaves, h->n_nodes, 1, 0)                           \
     DO(node_cut, spin.node_cut, double, h->n_leaves, h->n_nodes, 1, 0)                             \
     DO(node_child, spin.node_child, int32_t, h->n_leaves, h->n_nodes, (uint64_t)2, 0)              \
-    DO(inputs, spin.inputs, float, h->n_leaves, h->n_leaves, (uint64_t)16, 0)                      \
+    DO(inputs, spin.inputs, float, h->n_leaves, h->n_leaves, (uint64_t)18, 0)                      \
     DO(spin_spans, spin.spans, float, h->n_leaves, h->n_leaves, (uint64_t)h->n_outcomes * 2, 0)    \
     DO(spin_quantiles, spin.quantiles, uint16_t, h->n_leaves, h->n_leaves, (uint64_t)h->n_outcomes \
        * h->n_spin_knots, 0)                                                                       \
-    DO(group_gates, spin.group_gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)30 * 8, 0)      \
-    DO(gates, spin.gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)8 * 30 * 16, 0)             \
-    DO(experts, spin.experts, int16_t, h->n_leaves, h->n_leaves, (uint64_t)128 *                   \
+    DO(group_gates, spin.group_gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)55 * 8, 0)      \
+    DO(gates, spin.gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)8 * 55 * 8, 0)              \
+    DO(experts, spin.experts, int16_t, h->n_leaves, h->n_leaves, (uint64_t)64 *                    \
        rbti_expert_stride(h->n_outcomes), 8)                                                       \
     DO(laws, laws, double, h->n_law_parameters, h->n_law_parameters, 1, 0)
 /* end checks */

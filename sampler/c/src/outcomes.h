@@ -1,8 +1,8 @@
 /* -- spin draw, steps 6 and 7: outcomes, and states ------------------------------------------------
 
-   From scores to states over V and a/V, as tables/FORMAT.md, "The spin law", steps 6 and 7. Outcomes are
-   ratios of energies, so whatever they are, the energies after the impact add up to the energy E before
-   it. */
+   From scores to states over V and a/V, as tables/FORMAT.md, "The spin law", steps 6 and 7. Outcomes move
+   a point of a sphere, and divide an energy. So whatever they are, the energies after the impact add up to
+   the energy E before it. */
 
 /* Step 6: scores become places among the knots of the leaf's quantiles. */
 RBTI_INLINE RBT_DEVICE void rbti_find_knots(size_t m, int32_t outcomes, const rbt_spin_law *law,
@@ -55,26 +55,58 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_outcomes(size_t m, int32_t outcomes, const
 /* Rows of the values of step 7: the first six variables, then these. */
 enum { RBTI_INERTIA_AFTER = 6, RBTI_NORMAL, RBTI_SHEAR, RBTI_STATE_ROWS };
 
+/* Outcomes o become the part d of the motion after the impact, and what is left of the energy for the
+   contact and the wall. The point before the impact is (pole, base), and the outcomes move it. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_rest(size_t m, const rbti_spin_draws *d, double *rest,
+                                           double *left)
+{
+    RBTI_EACH_DRAW(r) {
+        const float *outcome = d->outcomes + r;
+        const double share = d->share[r], apart = 1.0 - share * share, half = 0.5 * share;
+        const double a = apart * d->rest[r], b = apart * d->rest[m + r], c = apart * d->rest[2 * m + r];
+        const double pole = sqrt(1.0 - rbti_square(a, b, c));
+        const double x = half * (double)outcome[RBTI_OUT_O_X * m];
+        const double y = half * (double)outcome[RBTI_OUT_O_Y * m];
+        const double z = half * (double)outcome[RBTI_OUT_O_Z * m];
+        const double square = rbti_square(x, y, z), per = 2.0 / (1.0 + square);
+        const double ahead = 0.5 * per * (1.0 - square), along = per * (a * x + b * y + c * z);
+        const double back = ahead - along / (1.0 + pole), up = pole * ahead - along;
+        const double other = up < 0.0 ? -up : up;
+        const double above = other > RBTI_LEAST_LEFT ? other : RBTI_LEAST_LEFT;
+        const double after_x = per * x + a * back, after_y = per * y + b * back;
+        const double after_z = per * z + c * back;
+        const double size = rbti_square(after_x, after_y, after_z) + above * above;
+        const double scale = sqrt(d->energy[r] / size);
+        rest[r] = scale * after_x;
+        rest[m + r] = scale * after_y;
+        rest[2 * m + r] = scale * after_z;
+        left[r] = d->energy[r] / size * above * above;
+    }
+}
+
 /* Outcomes become variables, inertia and works. The normal work is the share a^6 of both works. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rbti_spin_draws *d,
                                              double *values)
 {
+    double rest[3 * RBTI_BLOCK] RBTI_ALIGNED, left[RBTI_BLOCK] RBTI_ALIGNED;
+    rbti_fill_rest(m, d, rest, left);
     RBTI_EACH_DRAW(r) {
         const float *outcome = d->outcomes + r;
         const double p_u = (double)outcome[RBTI_OUT_P_U * m], p_v = (double)outcome[RBTI_OUT_P_V * m];
-        const double p_w = (double)outcome[RBTI_OUT_P_W * m], x = (double)outcome[RBTI_OUT_O_X * m];
-        const double y = (double)outcome[RBTI_OUT_O_Y * m], z = (double)outcome[RBTI_OUT_O_Z * m];
-        const double kappa = rbti_bounded((double)outcome[RBTI_OUT_KAPPA * m], 0.0, 1.0);
-        const double after = rbti_inertia_at(kappa, d->least[r], d->most[r]);
-        const double rotation_and_loss = d->energy[r] / (1.0 + rbti_square(p_u, p_v, p_w));
-        const double loss = rotation_and_loss / (1.0 + rbti_square(x, y, z)), sign = d->sign[r];
-        const double per_p = sqrt(rotation_and_loss), per_o = sqrt(loss / after);
-        values[RBT_U * m + r] = p_u * per_p;
-        values[RBT_V * m + r] = p_v * per_p;
-        values[RBT_W * m + r] = sign * p_w * per_p;
-        values[RBT_OMEGA_X * m + r] = sign * per_o * x;
-        values[RBT_OMEGA_Y * m + r] = sign * per_o * y;
-        values[RBT_OMEGA_Z * m + r] = per_o * z;
+        const double p_w = (double)outcome[RBTI_OUT_P_W * m], sign = d->sign[r];
+        const double odds = rbti_bounded((double)outcome[RBTI_OUT_H * m], 0.0, 1.0);
+        const double first = odds * d->odds[r], second = (1.0 - odds) * d->odds[m + r];
+        const double after = rbti_inertia_at(first / (first + second), d->least[r], d->most[r]);
+        const double loss = left[r] / (1.0 + rbti_square(p_u, p_v, p_w));
+        const double per_p = sqrt(loss), per_y = 1.0 / sqrt(after);
+        const double cosine = d->cosine[r], sine = d->sine[r];
+        const double g_u = per_p * p_u, g_w = per_p * p_w;
+        values[RBT_U * m + r] = g_u * cosine - rest[2 * m + r] * sine;
+        values[RBT_V * m + r] = per_p * p_v;
+        values[RBT_W * m + r] = sign * (g_w * cosine + rest[r] * sine);
+        values[RBT_OMEGA_X * m + r] = sign * per_y * (rest[r] * cosine - g_w * sine);
+        values[RBT_OMEGA_Y * m + r] = sign * per_y * rest[m + r];
+        values[RBT_OMEGA_Z * m + r] = per_y * (g_u * sine + rest[2 * m + r] * cosine);
         values[RBTI_INERTIA_AFTER * m + r] = after;
         if (outcomes == RBTI_MOST_OUTCOMES) {
             const double a = rbti_bounded((double)outcome[RBTI_OUT_A * m], 0.0, 1.0), cube = a * a * a;

@@ -139,6 +139,7 @@ extern "C" {
 /* -- numbers of the law ------------------------------------------------------------------------ */
 
 #define RBTI_HALF_PI 1.5707963267948966
+#define RBTI_ROOT_HALF 0.7071067811865476
 #define RBTI_TWO_PI 6.283185307179586
 #define RBTI_UNIT (1.0f / 4096.0f) /* unit of the numbers of a record */
 #define RBTI_NORMAL_IMPACT 1e-12   /* tangential speed over V below which an impact is normal */
@@ -146,15 +147,19 @@ extern "C" {
 
 /* numbers of the spin law, from sampler/formats/bounds.py */
 /* begin spin */
-#define RBTI_CONDITIONS 6
-#define RBTI_INPUTS 8
-#define RBTI_FEATURES 30
+#define RBTI_INPUTS 9
+#define RBTI_FEATURES 55
 #define RBTI_OUTCOMES 7
 #define RBTI_MOST_OUTCOMES 8
 #define RBTI_GROUPS 8
-#define RBTI_GROUP_SIZE 16
+#define RBTI_GROUP_SIZE 8
 #define RBTI_KAPPA_QUANTILES 33
 #define RBTI_SPIN_CORE 0.3
+#define RBTI_PLACE_CORE 0.03
+#define RBTI_LEAST_WOBBLE 1e-06
+#define RBTI_WOBBLE 2.4
+#define RBTI_KAPPA_CORE 0.05
+#define RBTI_LEAST_LEFT 1e-06
 #define RBTI_EQUAL_MOMENTS 1e-09
 #define RBTI_SINGLE_ROUNDING 1.2e-07
 #define RBTI_INERTIA_ROUNDING 1e-06
@@ -167,11 +172,12 @@ extern "C" {
 #define RBTI_FACTOR_UNIT (1.0f / 4096.0f)
 /* rows of a draw: inputs, with the squared spin that trees compare, and outcomes */
 enum { RBTI_IN_ROOT_ANGLE, RBTI_IN_SPEED, RBTI_IN_SIGMA_X, RBTI_IN_SIGMA_Y, RBTI_IN_SIGMA_Z,
-       RBTI_IN_KAPPA, RBTI_IN_SQUARE, RBTI_IN_B_A, RBTI_IN_C_B, RBTI_IN_ROWS };
+       RBTI_IN_SLIP, RBTI_IN_PLACE, RBTI_IN_SQUARE, RBTI_IN_B_A, RBTI_IN_C_B, RBTI_IN_ROWS };
 enum { RBTI_OUT_P_U, RBTI_OUT_P_V, RBTI_OUT_P_W, RBTI_OUT_O_X, RBTI_OUT_O_Y, RBTI_OUT_O_Z,
-       RBTI_OUT_KAPPA, RBTI_OUT_A };
+       RBTI_OUT_H, RBTI_OUT_A };
 /* end spin */
 #define RBTI_LOG2_E 1.4426950408889634f
+#define RBTI_LOG_2 0.6931471805599453f
 #define RBTI_SIMULATION_KEY 0x53494d554c415445u
 
 /* NaN, made from its bits, since -ffast-math removes other ways to write it. */

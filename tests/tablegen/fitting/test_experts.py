@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import logsumexp
 
+from sampler.formats.bounds import N_FEATURES, N_INPUTS
 from tablegen.fitting.expectation import (
     add_products,
     find_shares,
@@ -100,11 +101,11 @@ def test_no_share_is_subnormal():
 def separate_experts(each, rng):
     """Experts of three groups around scores of -2, 0 and 2, with gates that are nearly flat."""
     count = 3 * each
-    mean = np.zeros((count, 7, 30))
+    mean = np.zeros((count, 7, N_FEATURES))
     mean[:, :, 0] = np.repeat([-2.0, 0.0, 2.0], each)[:, None]
-    gates = rng.normal(0.0, 0.1, (3, 30)), rng.normal(0.0, 0.1, (count, 30))
+    gates = rng.normal(0.0, 0.1, (3, N_FEATURES)), rng.normal(0.0, 0.1, (count, N_FEATURES))
     factor = np.repeat(0.1 * np.eye(7)[None], count, axis=0)
-    weight = Weight(*(np.zeros((n, 30, 30)) for n in (3, count, count)))
+    weight = Weight(*(np.zeros((n, N_FEATURES, N_FEATURES)) for n in (3, count, count)))
     return Experts(*gates, mean, factor, weight)
 
 
@@ -112,7 +113,7 @@ def separate_rebounds(n, rng):
     """Features and scores of rebounds of `separate_experts`, and their groups."""
     group = rng.integers(3, size=n)
     scores = np.array([-2.0, 0.0, 2.0])[group, None] + 0.1 * rng.normal(size=(n, 7))
-    return single(np.hstack([features(rng.normal(size=(n, 8))), scores])), group
+    return single(np.hstack([features(rng.normal(size=(n, N_INPUTS))), scores])), group
 
 
 def test_groups_without_a_share_need_not_be_computed():
@@ -140,7 +141,7 @@ def test_curvatures_of_gates():
     rng = np.random.default_rng(4)
     fitted, (vectors, group) = separate_experts(2, rng), separate_rebounds(500, rng)
     sums = expectation(fitted, vectors, np.ones((3, 500), dtype=bool), curved=500)
-    phi = vectors[:, :30].astype(float)
+    phi = vectors[:, :N_FEATURES].astype(float)
     top = reference_softmax(phi @ fitted.group_gate.T)
     inner = reference_softmax((phi @ fitted.gate.T).reshape(500, 3, 2))
     share = (group[:, None] == np.arange(3))[:, :, None] * (inner - inner**2)
@@ -166,19 +167,21 @@ def test_sums_of_products():
 
 def test_a_known_law_is_recovered():
     """Two experts with opposite slopes, chosen by the sign of the second input."""
-    t = RNG.normal(size=(6000, 8))
+    t = RNG.normal(size=(6000, N_INPUTS))
     t[:, 2:] *= 0.3
     chosen = 1.0 / (1.0 + np.exp(-6.0 * t[:, 1]))
     second = RNG.random(len(t)) < chosen
     mean = np.where(second, 1.0 + t[:, 0], -1.0 - 0.5 * t[:, 0])[:, None]
     scores = mean + 0.3 * RNG.normal(size=(len(t), 7))
     vectors = np.hstack([features(t), scores]).astype(np.float32)
-    fitted, likelihood = fit_experts(vectors, 8, 7, 1, 2, np.random.default_rng(1))
+    fitted, likelihood = fit_experts(
+        vectors, N_INPUTS, 7, 1, 2, np.zeros(len(t), dtype=int), np.random.default_rng(1)
+    )
     right = np.where(second, chosen, 1.0 - chosen)
     density = -0.5 * np.sum(((scores - mean) / 0.3) ** 2, axis=1)
     density -= 7.0 * np.log(0.3 * np.sqrt(2.0 * np.pi))
     # the two hardly overlap, so this is the likelihood of the truth; free numbers add a half each
-    free = 2 * (7 * 30 + 28) + 30
+    free = 2 * (7 * N_FEATURES + 28) + N_FEATURES
     truth = float(np.mean(density + np.log(right)))
     assert likelihood == pytest.approx(truth + 0.5 * free / len(t), abs=0.05)
     deviations = np.sqrt(np.einsum("kij,kij->ki", fitted.factor, fitted.factor))
@@ -189,13 +192,32 @@ def test_a_known_law_is_recovered():
     assert expectation(wrong, vectors, near).likelihood / len(t) < likelihood - 1.0
 
 
+def test_a_class_of_rebounds_is_made_by_its_group_alone():
+    """Of one rebound in twenty the first outcome is low; its class has the first group."""
+    rng = np.random.default_rng(9)
+    t, slow = rng.normal(size=(8000, N_INPUTS)), rng.random(8000) < 0.05
+    scores = rng.normal(size=(8000, 7))
+    scores[:, 0] = np.where(slow, -4.0 + 0.1 * scores[:, 0], scores[:, 0])
+    vectors = np.hstack([features(t), scores]).astype(np.float32)
+    fitted, _ = fit_experts(vectors, N_INPUTS, 7, 4, 2, slow.astype(int), rng)
+    np.testing.assert_allclose(fitted.mean[:2, 0, 0], -4.0, atol=0.1)
+    assert (np.abs(fitted.mean[2:, 0, 0]) < 1.0).all()
+    share = reference_softmax(features(t) @ fitted.group_gate.T)[:, 0]
+    assert share.mean() == pytest.approx(slow.mean(), rel=0.1)
+    # without classes, the likelihood leaves no group to them alone
+    mixed, _ = fit_experts(vectors, N_INPUTS, 7, 4, 2, np.zeros(8000, dtype=int), rng)
+    assert np.abs(mixed.mean[:2, 0, 0] + 4.0).max() > 0.5
+
+
 @pytest.mark.parametrize("n", [5, 60, 3000])
 def test_hard_samples_give_finite_numbers(n):
     """Outcomes that are constant, functions of the condition, and equal to another outcome."""
-    t, scores = RNG.normal(size=(n, 8)), RNG.normal(size=(n, 7))
+    t, scores = RNG.normal(size=(n, N_INPUTS)), RNG.normal(size=(n, 7))
     scores[:, 1], scores[:, 2], scores[:, 3] = 0.0, t[:, 0], scores[:, 0]
     vectors = np.hstack([features(t), scores]).astype(np.float32)
-    fitted, likelihood = fit_experts(vectors, 8, 7, 2, 8, np.random.default_rng(2))
+    fitted, likelihood = fit_experts(
+        vectors, N_INPUTS, 7, 3, 4, np.arange(n) % 3, np.random.default_rng(2)
+    )
     for part in (fitted.group_gate, fitted.gate, fitted.mean, fitted.factor, likelihood):
         assert np.isfinite(part).all()
     assert (np.einsum("kii->ki", fitted.factor) > 0.0).all()

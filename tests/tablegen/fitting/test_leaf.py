@@ -12,7 +12,7 @@ from tablegen.fitting.spin_coordinates import features
 from tablegen.fitting.spin_scores import StoredExperts, bounded_scores
 
 N = 20_000
-SIZES = SpinSizes(1, 1, 2, 4, N, 97)
+SIZES = SpinSizes(1, 1, 4, 4, 4, N, 97)
 
 
 def rebounds(rng, root_angle=None, outcomes=7):
@@ -21,7 +21,7 @@ def rebounds(rng, root_angle=None, outcomes=7):
     p_v is log-normal, p_w is the sum of p_u and noise, and all others are noise.
     """
     inputs = folded_inputs(N, rng)
-    inputs[:, 7] = 0.8  # all grains have one c/b
+    inputs[:, 8] = 0.8  # all grains have one c/b
     if root_angle is not None:
         inputs[:, 0] = root_angle
     slides = rng.random(N) < norm.cdf(3.0 * (inputs[:, 0] - 0.6))
@@ -78,9 +78,9 @@ def test_is_stored_as_a_file_has_it(leaf):
     diagonal = [row * (row + 3) // 2 for row in range(7)]
     assert (leaf.factor[:, diagonal] > 0).all()
     # an input that does not vary counts nowhere
-    assert leaf.scale[7] == 0.0
-    assert (leaf.scale[:7] > 0.0).all()
-    assert not leaf.mean[:, 8].any()
+    assert leaf.scale[8] == 0.0
+    assert (leaf.scale[:8] > 0.0).all()
+    assert not leaf.mean[:, 9].any()
 
 
 def test_with_works_and_where_quantiles_of_p_v_would_be_negative():

@@ -35,9 +35,9 @@ def test_shapes_share_the_leaves_of_a_preset():
 
 
 def test_a_configuration_names_the_sizes_of_a_shape():
-    sizes = {"spin_leaves": 8, "spin_groups": 3, "spin_experts": 5, "spin_rebounds": 2000}
+    sizes = {"spin_leaves": 8, "spin_groups": 3, "spin_experts": 2, "spin_rebounds": 2000}
     sizes_by_shape = spin_sizes(ROUGH.with_changes({"table": sizes}))
-    assert {(own.leaves, *own[2:5]) for own in sizes_by_shape.values()} == {(8, 3, 5, 2000)}
+    assert {(own.leaves, *own[2:6]) for own in sizes_by_shape.values()} == {(8, 3, 2, 2, 2000)}
     assert all(own.nonspinning_leaves <= 8 for own in sizes_by_shape.values())
     assert all(own.conditions(own.leaves) >= 1000 for own in sizes_by_shape.values())
 

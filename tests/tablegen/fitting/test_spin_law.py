@@ -100,7 +100,7 @@ def test_a_small_law_follows_chains_and_a_wrong_one_does_not(tmp_path):
         "spin": True,
         "domain": domain | {"variables": [*STATE, *WORKS]},
         "table": {"alpha_nodes_deg": [2.0, 90.0], "speed_nodes": [20.0, 300.0]}
-        | {"spin_leaves": 6, "spin_groups": 4, "spin_experts": 8, "spin_rebounds": 20_000},
+        | {"spin_leaves": 6, "spin_groups": 8, "spin_experts": 4, "spin_rebounds": 20_000},
     }
     config = SPINNING.with_changes(changes)
     table = generate(config, tmp_path / "t.h5", conditions=0).table
@@ -159,9 +159,10 @@ def test_an_interrupted_law_resumes(tmp_path, monkeypatch):
 
 
 def test_coordinate_of_the_speed_is_that_of_the_restitution_law_if_it_fits():
-    assert speed_coordinate(SPINNING) == (0.1, 0.61)
+    assert speed_coordinate(SPINNING)[:2] == (0.1, 0.61)
     constant = {"law": "constant", "value": 0.5, "source": "a test"}
     config = SPINNING.with_changes(
         {"pair": {"restitution": constant}, "domain": {"extrapolate": True}}
     )
-    assert speed_coordinate(config).transform(np.array([120.0])) == pytest.approx(0.5)
+    values = speed_coordinate(config).transform(np.array([1.0, 120.0, 600.0]))
+    assert np.ptp(values) < 1e-4  # the law does not depend on the speed, and no leaf is cut in it

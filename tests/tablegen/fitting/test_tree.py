@@ -10,6 +10,8 @@ from tablegen.fitting.spin_coordinates import AXES, SPIN_AXIS
 from tablegen.fitting.tree import grow_tree, join_trees
 
 N = 6000
+#: Sizes of the inputs, so that all of them count alike.
+SPREADS = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 3.0, 1.0, 1.0])
 
 
 @pytest.fixture(autouse=True)
@@ -21,7 +23,7 @@ def one_blas_thread():
 
 def make_outcomes(inputs, rng):
     """Make outcomes that depend smoothly on all inputs, one for each condition."""
-    slopes = np.random.default_rng(1).normal(0.0, 0.3, (8, 7))
+    slopes = np.random.default_rng(1).normal(0.0, 0.3, (9, 7)) / SPREADS[:, None]
     return np.sin(inputs @ slopes) + 0.1 * rng.standard_normal((len(inputs), 7))
 
 
@@ -32,7 +34,7 @@ def grow(inputs, leaf_count, outcomes=None):
 
 
 def find_leaves(tree, inputs):
-    """Find the leaf numbers, (n,), of folded inputs (n, 8), as a draw finds them."""
+    """Find the leaf numbers, (n,), of folded inputs (n, 9), as a draw finds them."""
     square = np.sum(inputs[:, 2:5] ** 2, axis=1)
     values = np.column_stack([inputs[:, :N_CONDITIONS], square, inputs[:, N_CONDITIONS:]])
     at = np.zeros(len(inputs), dtype=np.int64)
@@ -51,13 +53,13 @@ def test_every_condition_is_in_one_leaf():
     for number, leaf in enumerate(leaves):
         assert set(leaf.rows[leaf.inside]) == set(np.flatnonzero(leaf_numbers == number))
         # some more lie beside it
-        assert 0.0 < 1.0 - leaf.inside.mean() < 0.3
+        assert 0.0 < 1.0 - leaf.inside.mean() < 0.4
     assert np.bincount(leaf_numbers).min() > N / 12 / 4
     node_numbers = np.arange(len(tree.axis))[:, None]
     assert ((tree.child < 0) | (tree.child > node_numbers)).all()
 
 
-@pytest.mark.parametrize("column", range(8))
+@pytest.mark.parametrize("column", range(9))
 def test_a_law_is_cut_where_it_has_a_step(column):
     """A step at the median of one input, which no quadratic function follows."""
     rng = np.random.default_rng(column)
