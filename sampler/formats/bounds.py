@@ -193,7 +193,8 @@ SCORE_MAX = 6.0
 #: are bounded, and with what the layout allows of inputs every draw is finite.
 GATE_UNIT, MEAN_UNIT, FACTOR_UNIT = 512, 2048, 4096
 
-#: Groups of a leaf, and experts of a group. The same in every law, so that the compiler knows how
+#: Groups of a leaf, and experts of a group: a draw makes eight sums at once, so both are eight.
+#: The same in every law, so that the compiler knows how
 #: many weights lie side by side; those that a leaf does not need have a weight of almost 0.
 N_GROUPS, GROUP_SIZE = 8, 8
 N_EXPERTS = N_GROUPS * GROUP_SIZE

@@ -61,7 +61,7 @@ _NEVER_DRAWN = 60 * GATE_UNIT
 class Rebounds(NamedTuple):
     """Rebounds of n particles."""
 
-    #: (n, 8): inputs of their conditions.
+    #: (n, 9): inputs of their conditions.
     inputs: FloatArray
     #: (n, 7), or (n, 8) with works.
     outcomes: FloatArray

@@ -262,9 +262,9 @@ def rebound_outcomes(
     side = after[:, 1:] - base * (after[:, :1] + along / (1.0 + pole))
     o = 2.0 * side / (np.maximum(1.0 + ahead, LEAST_LEFT) * share)
     kappa = kappa_from_inertia(inertia, moments)
-    ahead_of, behind = _odds(contact)
-    odds = kappa * behind
-    return np.column_stack([g / np.sqrt(loss), o, odds / (odds + (1.0 - kappa) * ahead_of)])
+    before, other = _odds(contact)
+    odds = kappa * other
+    return np.column_stack([g / np.sqrt(loss), o, odds / (odds + (1.0 - kappa) * before)])
 
 
 def _parts(

@@ -14,22 +14,22 @@ from sampler.formats.bounds import FACTOR_UNIT, GATE_UNIT, GROUP_SIZE, MEAN_UNIT
 
 
 class StoredExperts(NamedTuple):
-    """Experts of a leaf as a file stores them: 8 groups of 16, for 7 outcomes, or 8 with works."""
+    """Experts of a leaf as a file stores them: 8 groups of 8, for 7 outcomes, or 8 with works."""
 
-    #: (30, 8): logits of the groups.
+    #: (55, 8): logits of the groups.
     group_gate: NDArray[np.int16]
-    #: (8, 30, 16): logits of the experts of each group.
+    #: (8, 55, 8): logits of the experts of each group.
     gate: NDArray[np.int16]
-    #: (128, 30, outcomes)
+    #: (64, 55, outcomes)
     mean: NDArray[np.int16]
-    #: (128, 28 or 36): lower triangles, row by row.
+    #: (64, 28 or 36): lower triangles, row by row.
     factor: NDArray[np.int16]
 
 
 def bounded_scores(
     stored: StoredExperts, features: NDArray[np.float32], rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Draw a bounded score of each outcome, (n, outcomes), at features (n, 30).
+    """Draw a bounded score of each outcome, (n, outcomes), at features (n, 55).
 
     A score x of an expert is bounded by x / sqrt(1 + x^2 / SCORE_MAX^2).
     """

@@ -34,8 +34,8 @@ typedef struct rbti_spin_draws {
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], inertia[RBTI_BLOCK];
     double inputs[RBTI_IN_ROWS * RBTI_BLOCK];
     double energy[RBTI_BLOCK]; /* E, before, over m V^2 / 2 */
-    /* nominal contact: place kappa of the inertia, cosine and sine of f, share Q, spin, and d over the
-       root of E */
+    /* nominal contact: place kappa of the inertia, cosine and sine of f, share Q; kappa + delta and
+       1 - kappa + delta; d over the root of E */
     double kappa[RBTI_BLOCK], cosine[RBTI_BLOCK], sine[RBTI_BLOCK], share[RBTI_BLOCK];
     double odds[2 * RBTI_BLOCK], rest[3 * RBTI_BLOCK];
     double sign[RBTI_BLOCK];   /* -1: the draw is of the mirror image */
