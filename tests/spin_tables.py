@@ -75,7 +75,7 @@ def _law(seed, codes=(0, 1, 3), depth=2, outcomes=N_OUTCOMES):
     knots = np.cumsum(rng.exponential(1.0, (leaves, outcomes, 33)), axis=-1)
     quantiles = (knots / knots[..., -1:] - 0.5) * 1.5
     quantiles[:, 1] = 0.6 * (quantiles[:, 1] - quantiles[:, 1, :1])
-    quantiles[:, 6] = quantiles[:, 6] * 1.4 + 0.5  # beyond 0 and 1 at its ends
+    quantiles[:, 6] *= 20.0  # odds of kappa from e^-15 to e^15 times those before
     quantiles[:, 7:] += 0.75
     weights = rng.uniform(0.5, 1.5, len(codes))
     return _trees(len(codes), depth) | {

@@ -124,7 +124,7 @@ OUTCOMES = ("p_u", "p_v", "p_w", "o_x", "o_y", "o_z", "h", "a")
 #: contact over its speed, and the place of the inertia about the spin.
 CONDITIONS = ("root_angle", "speed", "sigma_x", "sigma_y", "sigma_z", "slip", "place")
 N_CONDITIONS = len(CONDITIONS)
-#: Ratios of a grain.
+#: Ratios of a grain. The inputs that follow from them are sqrt(1 - b/a) and sqrt(1 - c/b).
 RATIOS = ("b_a", "c_b")
 N_INPUTS = N_CONDITIONS + len(RATIOS)
 #: 1, the inputs, and the products of two of them.
@@ -143,8 +143,10 @@ PLACE_CORE = 0.03
 LEAST_WOBBLE, WOBBLE = 1e-6, 2.4
 
 #: The odds of kappa after an impact are over those before, (kappa + delta) / (1 - kappa + delta),
-#: with delta = KAPPA_CORE times the share of the speed of rotation that the contact has.
-KAPPA_CORE = 0.05
+#: with delta = KAPPA_CORE times the share of the speed of rotation that the contact has. The
+#: outcome h is the logarithm of this ratio over the share. A kappa after an impact counts as being
+#: at least END_OF_KAPPA from 0 and 1.
+KAPPA_CORE, END_OF_KAPPA = 0.05, 1e-4
 
 #: Least share of the energy, as its root, that is left to the contact and the wall.
 LEAST_LEFT = 1e-6

@@ -196,7 +196,8 @@ SPIN_DATASETS = (
         "node at which the tree of a shape begins", (checks.spin_roots,)),
     Dataset("spin/node_axis", "|i1", ("n_nodes",), "1",
         f"what a node compares: 0 to {N_CONDITIONS - 1} a condition, {N_CONDITIONS} the square of "
-        f"the coordinate of the spin, {N_CONDITIONS + 1} b/a, {N_CONDITIONS + 2} c/b",
+        f"the coordinate of the spin, {N_CONDITIONS + 1} sqrt(1 - b/a), {N_CONDITIONS + 2} "
+        "sqrt(1 - c/b)",
         (checks.within(0, N_CONDITIONS + len(RATIOS)),)),
     Dataset("spin/node_cut", "<f8", ("n_nodes",), "1",
         "values of this size or more belong to the second child",
@@ -204,7 +205,7 @@ SPIN_DATASETS = (
     Dataset("spin/node_child", "<i4", ("n_nodes", 2), "1",
         "children: a later node, or -1 - the number of a leaf", (checks.spin_children,)),
     Dataset("spin/centre", "<f4", ("n_leaves", N_INPUTS), "1",
-        "by leaf: middle of the seven numbers of a condition, b/a and c/b",
+        "by leaf: middle of the seven numbers of a condition, sqrt(1 - b/a), sqrt(1 - c/b)",
         (checks.within(-MOST_MIDDLE, MOST_MIDDLE),)),
     Dataset("spin/scale", "<f4", ("n_leaves", N_INPUTS), "1",
         "by leaf: factors for the distances from the middle",

@@ -5,10 +5,11 @@ happened to the grain before. So the conditions of the fit need no history, and 
 flows have many impacts. There are three kinds:
 
 - *Impacts of chains.* A grain hits one wall after another, on the inside of a cylinder or on walls
-  of any direction, and gets its speed back after each hit. In such chains grains settle into
-  rolling, with spins that differ by a few hundredths. These spins depend on the pair and on the
-  grain, and only chains find them. Half of the impacts come from the first hits of short chains,
-  and half from long ones.
+  of any direction, and gets its speed back after each hit: the velocity keeps its direction, or
+  the gas drives the grain along the wall, to which it falls back as fast as it left. In such
+  chains grains settle into rolling, with spins that differ by a few hundredths. These spins depend
+  on the pair, the grain and the gas, and only chains find them. Half of the impacts come from the
+  first hits of short chains, and half from long ones.
 - *Neighbours* of impacts of chains, with other angles and other sizes of the spin, because the gas
   turns and slows grains between two walls.
 - *Spread impacts*, over the whole range of the law.
@@ -24,6 +25,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from tablegen.config.config import Config
@@ -57,10 +59,14 @@ LAW_ALPHA_DEG = (0.05, 90.0)
 FASTEST = 2.0
 
 #: Shares of the impacts of chains and of their neighbours; the other impacts are spread.
-_CHAIN_SHARE, _NEIGHBOUR_SHARE = 0.45, 0.2
+_CHAIN_SHARE, _NEIGHBOUR_SHARE = 0.6, 0.15
 
 #: Hits of a short chain and of a long one, and the share of chains between walls of any direction.
 _SHORT_CHAIN, _LONG_CHAIN, _ANY_WALL_SHARE = 5, 40, 0.4
+
+#: Share of the other chains in which the gas makes up for what a hit takes from the motion along
+#: the wall.
+_ALONG_WALL_SHARE = 0.5
 
 #: Standard deviations of the changes from an impact to its neighbour: of the logarithm of the size
 #: of the spin and of the angle, of the three numbers of the spin over its size, and of kappa.
@@ -213,12 +219,15 @@ def chain_impacts(
     # after each hit, half of the grains get their first V back, and the others their first V_e
     speed, keeps_speed = impacts.speed, rng.random(count) < 0.5
     any_wall = rng.random(count) < _ANY_WALL_SHARE
+    along_wall = ~any_wall & (rng.random(count) < _ALONG_WALL_SHARE)
+    keeps_speed |= along_wall
     inertia_after_first, impacts_by_hit = np.zeros(count), []
     for hit in range(1, hits):
         departures = simulate_departures(law, impacts, seed(hit), threads=1)
         if hit == 1:
             inertia_after_first = departures.inertia
         impacts = next_impacts(departures, any_wall, rng.random((count, 2)))
+        impacts = driven_along_wall(impacts, along_wall, speed)
         alpha = np.maximum(impacts.alpha1, least)
         factor = energy_factor(impacts.spin, impacts.inertia)
         effective = speed * np.where(keeps_speed, factor, 1.0)
@@ -226,6 +235,20 @@ def chain_impacts(
         impacts = _at_speed(impacts, impacts.spin, impacts.inertia, effective, domain)
         impacts_by_hit.append(impacts)
     return join_impacts(impacts_by_hit), inertia_after_first
+
+
+def driven_along_wall(impacts: Impacts, driven: NDArray[np.bool_], speed: FloatArray) -> Impacts:
+    """Let a gas drive some grains along the wall to given speeds [m/s].
+
+    The velocity towards the wall and the spin in rad/s stay, so angles and spins in V/a get
+    smaller.
+    """
+    part = np.where(driven, np.minimum(impacts.speed / speed, 1.0), 1.0)
+    return impacts._replace(
+        alpha1=np.arcsin(part * np.sin(impacts.alpha1)),
+        speed=impacts.speed / part,
+        spin=part[:, None] * impacts.spin,
+    )
 
 
 def _at_speed(

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from sampler.formats.bounds import (
+    END_OF_KAPPA,
     EQUAL_MOMENTS,
     FOLD,
     KAPPA_CORE,
@@ -170,8 +171,9 @@ def impact_inputs(
     """Compute the inputs of impacts, (n, 9).
 
     The inputs are sqrt(alpha1), the coordinate of the speed V q of the contact, the vector sigma,
-    the slip (cos alpha1 + rho s_z)/q, log((kappa + PLACE_CORE)/(1 - kappa + PLACE_CORE)), b/a and
-    c/b. The vector
+    the slip (cos alpha1 + rho s_z)/q, log((kappa + PLACE_CORE)/(1 - kappa + PLACE_CORE)),
+    sqrt(1 - b/a) and sqrt(1 - c/b). The roots spread grains that are nearly round, whose rebounds
+    change quickly with the ratios. The vector
 
         sigma = s (SPIN_CORE / |s| + (1 + |s|^2)^(-1/4))
 
@@ -189,7 +191,7 @@ def impact_inputs(
             sigma,
             contact.slip / contact.speed,
             np.log((kappa + PLACE_CORE) / (1.0 - kappa + PLACE_CORE)),
-            impacts.grain[:, 1:],
+            np.sqrt(1.0 - impacts.grain[:, 1:]),
         ]
     )
 
@@ -236,7 +238,11 @@ def rebound_outcomes(
         o = 2 tan(theta/2)/Q in the direction of Y', theta the angle between Y and Y',
         p = g'/sqrt(R - |g'|^2).
 
-    The last outcome compares the odds of kappa' after the impact with those before, from 0 to 1.
+    The last outcome compares the odds of kappa' after the impact with those before, in units of the
+    share S = min(1, q/(sqrt(k) |s|)) of the rotation that the contact has. With
+    delta = S `KAPPA_CORE`,
+
+        h = log(kappa' (1 - kappa + delta) / ((1 - kappa') (kappa + delta))) / S.
 
     Parameters
     ----------
@@ -262,9 +268,10 @@ def rebound_outcomes(
     side = after[:, 1:] - base * (after[:, :1] + along / (1.0 + pole))
     o = 2.0 * side / (np.maximum(1.0 + ahead, LEAST_LEFT) * share)
     kappa = kappa_from_inertia(inertia, moments)
-    before, other = _odds(contact)
-    odds = kappa * other
-    return np.column_stack([g / np.sqrt(loss), o, odds / (odds + (1.0 - kappa) * before)])
+    before, other, share = _odds(contact)
+    kappa = np.clip(kappa, END_OF_KAPPA, 1.0 - END_OF_KAPPA)
+    odds = kappa * other / ((1.0 - kappa) * before)
+    return np.column_stack([g / np.sqrt(loss), o, np.log(odds) / share])
 
 
 def _parts(
@@ -281,12 +288,12 @@ def _parts(
     )
 
 
-def _odds(contact: Contact) -> tuple[FloatArray, FloatArray]:
-    """Return kappa + delta and 1 - kappa + delta before the impact."""
+def _odds(contact: Contact) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return kappa + delta and 1 - kappa + delta before the impact, and S (`rebound_outcomes`)."""
     turning = contact.root_inertia * contact.spin
     share = np.minimum(1.0, contact.speed / np.maximum(turning, 1e-300))
     delta = KAPPA_CORE * share
-    return contact.kappa + delta, 1.0 - contact.kappa + delta
+    return contact.kappa + delta, 1.0 - contact.kappa + delta, share
 
 
 def normal_work_outcome(works: FloatArray) -> FloatArray:

@@ -240,11 +240,12 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     fast = min(effective / math.sqrt(energy) * math.sqrt(square), speeds[1])
     place = math.log((kappa + 0.03) / (1.03 - kappa))
     q = [math.sqrt(alpha), math.exp(-k * fast**n), *sigma, slip / math.sqrt(square), place]
+    roots = [math.sqrt(1.0 - ratio) for ratio in grain[1:]]
     # 2. leaf
     row = list(contents["spin/shape_codes"]).index(grain[0])
-    leaf = _leaf(contents, row, [*q, sigma @ sigma, *grain[1:]])
+    leaf = _leaf(contents, row, [*q, sigma @ sigma, *roots])
     # 3. features
-    t = (np.array([*q, *grain[1:]]) - contents["spin/centre"][leaf]) * contents["spin/scale"][leaf]
+    t = (np.array([*q, *roots]) - contents["spin/centre"][leaf]) * contents["spin/scale"][leaf]
     products = [t[i] * t[j] - 0.5 * (i == j) for i in range(9) for j in range(i, 9)]
     features = np.array([1.0, *t, *products])
     # 4. expert
@@ -273,9 +274,8 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     loss = left / (1.0 + x[:3] @ x[:3])
     g = math.sqrt(loss) * x[:3]
     turning = root * math.sqrt(spin @ spin)
-    delta = 0.05 * min(1.0, math.sqrt(square) / turning) if turning else 0.05
-    odds = min(max(x[6], 0.0), 1.0)
-    first, second = odds * (kappa + delta), (1.0 - odds) * (1.0 - kappa + delta)
+    part = min(1.0, math.sqrt(square) / turning) if turning else 1.0
+    first, second = math.exp(part * x[6]) * (kappa + 0.05 * part), 1.0 - kappa + 0.05 * part
     after = reference_inertia(first / (first + second), *reference_moments(contents, grain))
     velocity = [g[0] * cosine - rest[2] * sine, g[1], g[2] * cosine + rest[0] * sine]
     y = np.array([rest[0] * cosine - g[2] * sine, rest[1], g[0] * sine + rest[2] * cosine])

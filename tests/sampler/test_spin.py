@@ -193,8 +193,8 @@ class TestInertia:
         table.sample(alpha1, speed, spin=spin, inertia_after=after, **KEYS)
         least, most = moments(CONTENTS, table.grains(5, INDEX))
         assert ((after >= least) & (after <= most)).all()
-        for end in (least, most):  # outcomes beyond 0 and 1
-            assert np.isclose(after, end, rtol=1e-15, atol=0).any()
+        for end in (least, most):  # large outcomes
+            assert np.isclose(after, end, rtol=1e-9, atol=0).any()
         table.sample(alpha1, speed, inertia_after=after, **KEYS)
         assert not after.any()
 

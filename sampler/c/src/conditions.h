@@ -218,6 +218,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_contact(size_t m, const double *angle, rbt
         d->sine[r] = sine;
         d->share[r] = part < 1.0 ? part : 1.0;
         d->odds[r] = kappa + delta;
+        d->turning[r] = share;
         d->odds[m + r] = other + delta;
         d->rest[r] = root * x * cosine * per_energy;
         d->rest[m + r] = root * y * per_energy;
@@ -265,6 +266,9 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
     RBTI_EACH_DRAW(r) {
         effective[r] *= speed[r];
         inputs[RBTI_IN_PLACE * m + r] = (double)place[r];
+        /* from here on the law needs the ratios no more, but how far they are from 1 */
+        inputs[RBTI_IN_B_A * m + r] = sqrt(1.0 - inputs[RBTI_IN_B_A * m + r]);
+        inputs[RBTI_IN_C_B * m + r] = sqrt(1.0 - inputs[RBTI_IN_C_B * m + r]);
     }
     rbti_fill_speed_coordinate(m, law, effective, inputs + RBTI_IN_SPEED * m);
 }

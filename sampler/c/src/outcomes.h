@@ -84,6 +84,14 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_rest(size_t m, const rbti_spin_draws *d, d
     }
 }
 
+/* e^x, for x from -87 to 87; other numbers count as the nearest of these. */
+RBTI_INLINE RBT_DEVICE double rbti_exponential(double x)
+{
+    const float y = (float)x * RBTI_LOG2_E;
+    const double power = (double)rbti_power_of_two(rbti_least_power(y < 0.0f ? y : -y));
+    return y < 0.0f ? power : 1.0 / power;
+}
+
 /* Outcomes become variables, inertia and works. The normal work is the share a^6 of both works. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rbti_spin_draws *d,
                                              double *values)
@@ -94,8 +102,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rb
         const float *outcome = d->outcomes + r;
         const double p_u = (double)outcome[RBTI_OUT_P_U * m], p_v = (double)outcome[RBTI_OUT_P_V * m];
         const double p_w = (double)outcome[RBTI_OUT_P_W * m], sign = d->sign[r];
-        const double odds = rbti_bounded((double)outcome[RBTI_OUT_H * m], 0.0, 1.0);
-        const double first = odds * d->odds[r], second = (1.0 - odds) * d->odds[m + r];
+        const double ratio = rbti_exponential(d->turning[r] * (double)outcome[RBTI_OUT_H * m]);
+        const double first = ratio * d->odds[r], second = d->odds[m + r];
         const double after = rbti_inertia_at(first / (first + second), d->least[r], d->most[r]);
         const double loss = left[r] / (1.0 + rbti_square(p_u, p_v, p_w));
         const double per_p = sqrt(loss), per_y = 1.0 / sqrt(after);

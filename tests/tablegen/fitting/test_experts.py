@@ -125,7 +125,8 @@ def test_groups_without_a_share_need_not_be_computed():
     assert part.likelihood == pytest.approx(whole.likelihood, rel=1e-6)
     for name in ("products", "by_group", "by_expert", "group_curvature", "expert_curvature"):
         a, b = getattr(part, name), getattr(whole, name)
-        np.testing.assert_allclose(a, b, atol=1e-5 * np.abs(b).max())
+        # P (1 - P) of groups that are far apart is nothing but the rounding of P
+        np.testing.assert_allclose(a, b, atol=1e-5 * max(np.abs(b).max(), 1.0))
     assert 1500 <= part.curved < 3000
     first = vectors[: part.curved]
     begun = expectation(fitted, first, np.ones((3, len(first)), dtype=bool), curved=len(first))

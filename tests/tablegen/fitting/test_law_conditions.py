@@ -15,6 +15,7 @@ from tablegen.fitting.law_conditions import (
     covered_range,
     draw_grains,
     draw_ratios,
+    driven_along_wall,
     grain_moments,
     inertia_coefficients,
     least_inertia,
@@ -33,7 +34,7 @@ from tablegen.fitting.spin_coordinates import (
 from tablegen.meshes.mesh_file import MeshFile
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import effective_speed, simulate_departures
+from tablegen.simulation.impact_chains import effective_speed, first_impacts, simulate_departures
 
 CONFIG = load_config("corundum-steel")
 DOMAIN = covered_range(CONFIG)
@@ -130,12 +131,23 @@ class TestChains:
         assert len(impacts.index) == 20 * (N // 20)
         turns = impacts.inertia > 0.0
         check_range(impacts.select(turns))
-        # half of them keep their speed, and half their effective speed
+        # half of those that meet walls of any direction, and three quarters of the others, keep
+        # their speed, and the rest their effective speed
         each = (impacts.speed, effective_speed(impacts))
         kept = [np.ptp(speeds.reshape(20, -1), axis=0) < 1e-6 for speeds in each]
-        assert np.mean(kept, axis=1) == pytest.approx([0.5, 0.5], abs=0.15)
+        assert np.mean(kept, axis=1) == pytest.approx([0.65, 0.35], abs=0.12)
         assert np.mean(kept[0] | kept[1]) > 0.9  # unless they are too fast
         np.testing.assert_array_equal(impacts.grain[: N // 20], impacts.grain[-N // 20 :])
+
+    def test_a_gas_drives_grains_along_the_wall(self):
+        """The velocity towards the wall and the spin in rad/s stay; others keep their angles."""
+        grains = np.tile([SHAPE_CODES["ellipsoid"], 0.8, 0.8], (2, 1))
+        impacts = first_impacts(np.radians([30.0, 30.0]), np.full(2, 50.0), grains, np.arange(2))
+        impacts = impacts._replace(spin=np.tile([0.1, 0.2, -0.8], (2, 1)))
+        driven = driven_along_wall(impacts, np.array([True, False]), np.full(2, 80.0))
+        assert 80.0 * np.sin(driven.alpha1[0]) == pytest.approx(25.0)
+        np.testing.assert_allclose(80.0 * driven.spin[0], 50.0 * impacts.spin[0])
+        assert (driven.alpha1[1], *driven.spin[1]) == (impacts.alpha1[1], *impacts.spin[1])
 
     def test_of_discs_settle_into_rolling(self):
         """Their edges roll along the wall that they meet again and again, ever flatter."""
