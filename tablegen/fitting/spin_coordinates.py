@@ -268,10 +268,10 @@ def rebound_outcomes(
     side = after[:, 1:] - base * (after[:, :1] + along / (1.0 + pole))
     o = 2.0 * side / (np.maximum(1.0 + ahead, LEAST_LEFT) * share)
     kappa = kappa_from_inertia(inertia, moments)
-    before, other, share = _odds(contact)
     kappa = np.clip(kappa, END_OF_KAPPA, 1.0 - END_OF_KAPPA)
-    odds = kappa * other / ((1.0 - kappa) * before)
-    return np.column_stack([g / np.sqrt(loss), o, np.log(odds) / share])
+    before, other, h_unit = _odds(contact)
+    odds_ratio = kappa * other / ((1.0 - kappa) * before)
+    return np.column_stack([g / np.sqrt(loss), o, np.log(odds_ratio) / h_unit])
 
 
 def _parts(
@@ -291,9 +291,9 @@ def _parts(
 def _odds(contact: Contact) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return kappa + delta and 1 - kappa + delta before the impact, and S (`rebound_outcomes`)."""
     turning = contact.root_inertia * contact.spin
-    share = np.minimum(1.0, contact.speed / np.maximum(turning, 1e-300))
-    delta = KAPPA_CORE * share
-    return contact.kappa + delta, 1.0 - contact.kappa + delta, share
+    h_unit = np.minimum(1.0, contact.speed / np.maximum(turning, 1e-300))
+    delta = KAPPA_CORE * h_unit
+    return contact.kappa + delta, 1.0 - contact.kappa + delta, h_unit
 
 
 def normal_work_outcome(works: FloatArray) -> FloatArray:

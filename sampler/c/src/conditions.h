@@ -208,8 +208,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_contact(size_t m, const double *angle, rbt
         const double energy = 1.0 + k * square, per_energy = 1.0 / sqrt(energy);
         const double per_size = 1.0 / sqrt(k + rho * rho), root = sqrt(k);
         const double cosine = root * per_size, sine = rho * per_size;
-        const double turning = root * sqrt(square), share = q < turning ? q / turning : 1.0;
-        const double delta = RBTI_KAPPA_CORE * share;
+        const double turning = root * sqrt(square), h_unit = q < turning ? q / turning : 1.0;
+        const double delta = RBTI_KAPPA_CORE * h_unit;
         const double part = q * per_energy;
         speed[r] = q;
         slip[r] = ahead / q;
@@ -218,8 +218,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_contact(size_t m, const double *angle, rbt
         d->sine[r] = sine;
         d->share[r] = part < 1.0 ? part : 1.0;
         d->odds[r] = kappa + delta;
-        d->turning[r] = share;
         d->odds[m + r] = other + delta;
+        d->h_unit[r] = h_unit;
         d->rest[r] = root * x * cosine * per_energy;
         d->rest[m + r] = root * y * per_energy;
         d->rest[2 * m + r] = (root * z * cosine - u[r] * sine) * per_energy;

@@ -102,7 +102,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rb
         const float *outcome = d->outcomes + r;
         const double p_u = (double)outcome[RBTI_OUT_P_U * m], p_v = (double)outcome[RBTI_OUT_P_V * m];
         const double p_w = (double)outcome[RBTI_OUT_P_W * m], sign = d->sign[r];
-        const double ratio = rbti_exponential(d->turning[r] * (double)outcome[RBTI_OUT_H * m]);
+        const double ratio = rbti_exponential(d->h_unit[r] * (double)outcome[RBTI_OUT_H * m]);
         const double first = ratio * d->odds[r], second = d->odds[m + r];
         const double after = rbti_inertia_at(first / (first + second), d->least[r], d->most[r]);
         const double loss = left[r] / (1.0 + rbti_square(p_u, p_v, p_w));

@@ -37,7 +37,7 @@ typedef struct rbti_spin_draws {
     /* nominal contact: place kappa of the inertia, cosine and sine of f, share Q; kappa + delta and
        1 - kappa + delta; d over the root of E; unit of the outcome h */
     double kappa[RBTI_BLOCK], cosine[RBTI_BLOCK], sine[RBTI_BLOCK], share[RBTI_BLOCK];
-    double odds[2 * RBTI_BLOCK], rest[3 * RBTI_BLOCK], turning[RBTI_BLOCK];
+    double odds[2 * RBTI_BLOCK], rest[3 * RBTI_BLOCK], h_unit[RBTI_BLOCK];
     double sign[RBTI_BLOCK];   /* -1: the draw is of the mirror image */
     double least[RBTI_BLOCK], most[RBTI_BLOCK]; /* moments of inertia of the grain, over m a^2 */
     uint32_t words[12 * RBTI_BLOCK];
