@@ -212,10 +212,17 @@ def draw_states(contents, impacts, after):
     )
 
 
+@pytest.mark.parametrize("rolls", [False, True])
 @pytest.mark.parametrize("code", CODES)
-def test_draws_make_the_simulated_rebounds_of_their_outcomes(code):
+def test_draws_make_the_simulated_rebounds_of_their_outcomes(code, rolls):
     """States, inertias and works, by the specification and by a table: to single precision."""
     impacts, moments = random_impacts(7, code)
+    if rolls:  # the contact has a part of the rotation only
+        flat = np.full(N, np.radians(CONTENTS["axes/alpha_deg"][0]))
+        impacts = impacts._replace(spin=0.2 * impacts.spin - [0.0, 0.0, 1.3], alpha1=flat)
+        contact = nominal_contact(impacts, moments)
+        turning = contact.root_inertia * contact.spin
+        assert (contact.speed < 0.8 * turning).mean() > 0.3
     departures = simulate_departures(
         DirectModel(load_config("corundum-steel")), impacts, 3, threads=1
     )
