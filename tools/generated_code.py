@@ -180,6 +180,7 @@ def spin_constants() -> str:
         "PLACE_CORE": repr(bounds.PLACE_CORE),
         "LEAST_WOBBLE": repr(bounds.LEAST_WOBBLE),
         "WOBBLE": repr(bounds.WOBBLE),
+        "TILT_CORE": repr(bounds.TILT_CORE),
         "KAPPA_CORE": repr(bounds.KAPPA_CORE),
         "LEAST_LEFT": repr(bounds.LEAST_LEFT),
         "EQUAL_MOMENTS": repr(bounds.EQUAL_MOMENTS),

@@ -136,6 +136,10 @@ N_OUTCOMES_WITH_WORKS = len(OUTCOMES)
 #: it however slow it is. sigma = s / |s| (SPIN_CORE + |s| / (1 + |s|^2)^(1/4)).
 SPIN_CORE = 0.3
 
+#: Along the wall the inputs are sigma_x and sigma_y over the root of their size plus this: a grain
+#: that rolls leaves rolling by tilts of its spin of a few hundredths.
+TILT_CORE = 0.02
+
 #: The place of an inertia among the inputs is log((kappa + PLACE_CORE) / (1 - kappa + PLACE_CORE)).
 PLACE_CORE = 0.03
 
@@ -143,10 +147,10 @@ PLACE_CORE = 0.03
 LEAST_WOBBLE, WOBBLE = 1e-6, 2.4
 
 #: The odds of kappa after an impact are over those before, (kappa + delta) / (1 - kappa + delta),
-#: with delta = KAPPA_CORE times the share of the speed of rotation that the contact has. The
-#: outcome h is the logarithm of this ratio over the share. A kappa after an impact counts as being
-#: at least END_OF_KAPPA from 0 and 1.
-KAPPA_CORE, END_OF_KAPPA = 0.05, 1e-4
+#: with delta = S B. S is the share of the speed of rotation that the contact has, and B is
+#: KAPPA_CORE plus the tilt of the spin. A kappa after an impact counts as being at least
+#: END_OF_KAPPA from 0 and 1.
+KAPPA_CORE, END_OF_KAPPA = 0.03, 1e-4
 
 #: Least share of the energy, as its root, that is left to the contact and the wall.
 LEAST_LEFT = 1e-6
@@ -163,8 +167,7 @@ INERTIA_ROUNDING = 1e-6
 #: Probabilities 0 to 1 in equal steps at which the kappa of rebounds is stored by shape.
 N_KAPPA_QUANTILES = 33
 
-#: Component of the spin along the wall, sigma_x in size, below which a draw may be of either mirror
-#: image of its condition.
+#: Input of sigma_x, in size, below which a draw may be of either mirror image of its condition.
 FOLD = 0.1
 
 #: Smallest moment of inertia over m a^2 of any grain, and coefficients of the moments of a shape.

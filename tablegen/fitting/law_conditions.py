@@ -68,6 +68,12 @@ _SHORT_CHAIN, _LONG_CHAIN, _ANY_WALL_SHARE = 5, 40, 0.4
 #: the wall.
 _ALONG_WALL_SHARE = 0.5
 
+#: Range of the exponents by which the gas of such a chain slows down the spin from hit to hit, and
+#: the part of it by which the velocity towards the wall gets slower. Of a sphere in Stokes's drag
+#: that a constant force presses to the wall, this part is a tenth for short hops: the spin is
+#: slowed down at 10/3 times the rate of a velocity, and a hop returns a third of its drag.
+_DAMPING, _HOP_PART = (3e-3, 3.0), 0.1
+
 #: Standard deviations of the changes from an impact to its neighbour: of the logarithm of the size
 #: of the spin and of the angle, of the three numbers of the spin over its size, and of kappa.
 _SIZE_DEVIATION, _ANGLE_DEVIATION = 0.4, 0.5
@@ -221,13 +227,14 @@ def chain_impacts(
     any_wall = rng.random(count) < _ANY_WALL_SHARE
     along_wall = ~any_wall & (rng.random(count) < _ALONG_WALL_SHARE)
     keeps_speed |= along_wall
+    damping = _log_uniform(_DAMPING, count, rng)
     inertia_after_first, impacts_by_hit = np.zeros(count), []
     for hit in range(1, hits):
         departures = simulate_departures(law, impacts, seed(hit), threads=1)
         if hit == 1:
             inertia_after_first = departures.inertia
         impacts = next_impacts(departures, any_wall, rng.random((count, 2)))
-        impacts = driven_along_wall(impacts, along_wall, speed)
+        impacts = driven_along_wall(impacts, along_wall, speed, damping)
         alpha = np.maximum(impacts.alpha1, least)
         factor = energy_factor(impacts.spin, impacts.inertia)
         effective = speed * np.where(keeps_speed, factor, 1.0)
@@ -237,17 +244,20 @@ def chain_impacts(
     return join_impacts(impacts_by_hit), inertia_after_first
 
 
-def driven_along_wall(impacts: Impacts, driven: NDArray[np.bool_], speed: FloatArray) -> Impacts:
+def driven_along_wall(
+    impacts: Impacts, driven: NDArray[np.bool_], speed: FloatArray, damping: FloatArray
+) -> Impacts:
     """Let a gas drive some grains along the wall to given speeds [m/s].
 
-    The velocity towards the wall and the spin in rad/s stay, so angles and spins in V/a get
-    smaller.
+    It slows down the spin in rad/s by the exponential of ``damping``, and by a part of it the
+    velocity towards the wall. So angles and spins in V/a get smaller.
     """
     part = np.where(driven, np.minimum(impacts.speed / speed, 1.0), 1.0)
+    slower = np.where(driven, np.exp(-damping), 1.0)
     return impacts._replace(
-        alpha1=np.arcsin(part * np.sin(impacts.alpha1)),
+        alpha1=np.arcsin(part * slower**_HOP_PART * np.sin(impacts.alpha1)),
         speed=impacts.speed / part,
-        spin=part[:, None] * impacts.spin,
+        spin=(part * slower)[:, None] * impacts.spin,
     )
 
 

@@ -35,6 +35,7 @@ from sampler.formats.bounds import (
     PLACE_CORE,
     RATIOS,
     SPIN_CORE,
+    TILT_CORE,
     WOBBLE,
 )
 from tablegen.model.float_array import FloatArray
@@ -123,8 +124,9 @@ class Contact(NamedTuple):
     #: Speed q of the contact over V, and its part along the plane of the impact.
     speed: FloatArray
     slip: FloatArray
-    #: Size of the spin.
+    #: Size of the spin, and the share of its component along the path, |s_x| / |s|.
     spin: FloatArray
+    tilt: FloatArray
     #: (n, 3): part d of the motion over sqrt(E).
     rest: FloatArray
 
@@ -157,7 +159,8 @@ def nominal_contact(impacts: Impacts, moments: Moments) -> Contact:
     speed += (0.5 * square + LEAST_WOBBLE) * spin**2
     energy = 1.0 + inertia * spin**2
     root = np.sqrt(inertia)
-    contact = Contact(kappa, distance, root, energy, np.sqrt(speed), slip, spin, np.empty(0))
+    tilt = np.abs(impacts.spin[:, 0]) / np.where(spins, spin, 1.0)
+    contact = Contact(kappa, distance, root, energy, np.sqrt(speed), slip, spin, tilt, np.empty(0))
     velocity = np.column_stack(
         [np.cos(impacts.alpha1), np.sin(impacts.alpha1), np.zeros_like(spin)]
     )
@@ -170,20 +173,24 @@ def impact_inputs(
 ) -> FloatArray:
     """Compute the inputs of impacts, (n, 9).
 
-    The inputs are sqrt(alpha1), the coordinate of the speed V q of the contact, the vector sigma,
-    the slip (cos alpha1 + rho s_z)/q, log((kappa + PLACE_CORE)/(1 - kappa + PLACE_CORE)),
-    sqrt(1 - b/a) and sqrt(1 - c/b). The roots spread grains that are nearly round, whose rebounds
-    change quickly with the ratios. The vector
+    The inputs are sqrt(alpha1), the coordinate of the speed V q of the contact, three numbers of
+    the vector sigma, the slip (cos alpha1 + rho s_z)/q,
+    log((kappa + PLACE_CORE)/(1 - kappa + PLACE_CORE)), sqrt(1 - b/a) and sqrt(1 - c/b). The roots
+    spread grains that are nearly round, whose rebounds change quickly with the ratios. The vector
 
         sigma = s (SPIN_CORE / |s| + (1 + |s|^2)^(-1/4))
 
     has the direction of the spin s. Its size begins at `SPIN_CORE`, because the law depends on the
     direction of even the slowest spin. It grows in proportion to a small spin, and with the root of
-    a large one, on which the law depends less.
+    a large one, on which the law depends less. Its numbers are
+    sigma_x / sqrt(|sigma_x| + TILT_CORE), the same of sigma_y, and sigma_z: a grain that rolls
+    along its path has s_z alone, and leaves rolling by tilts of its spin of a few hundredths, which
+    the roots spread.
     """
     size, kappa = contact.spin, contact.kappa
     core = SPIN_CORE / np.where(size > 0.0, size, 1.0)
     sigma = impacts.spin * (core + 1.0 / np.sqrt(np.sqrt(1.0 + size * size)))[:, None]
+    sigma[:, :2] /= np.sqrt(np.abs(sigma[:, :2]) + TILT_CORE)
     return np.column_stack(
         [
             np.sqrt(impacts.alpha1),
@@ -199,8 +206,8 @@ def impact_inputs(
 def choose_reflected(inputs: FloatArray, rng: np.random.Generator) -> NDArray[np.bool_]:
     """Choose the conditions that are fitted as their mirror images, (n,), as a draw does.
 
-    Conditions with negative sigma_x are reflected, so that the law is fitted once for both signs.
-    Within `FOLD` of 0 the choice is random: the law would otherwise jump at sigma_x = 0.
+    Conditions with a negative input of sigma_x are reflected, so that the law is fitted once for
+    both signs. Within `FOLD` of 0 the choice is random: the law would otherwise jump at 0.
     """
     keep_probability = 0.5 + inputs[:, _SIGMA_X] * (0.5 / FOLD)
     return np.asarray(rng.random(len(inputs)) >= keep_probability)
@@ -238,11 +245,16 @@ def rebound_outcomes(
         o = 2 tan(theta/2)/Q in the direction of Y', theta the angle between Y and Y',
         p = g'/sqrt(R - |g'|^2).
 
-    The last outcome compares the odds of kappa' after the impact with those before, in units of the
-    share S = min(1, q/(sqrt(k) |s|)) of the rotation that the contact has. With
-    delta = S `KAPPA_CORE`,
+    The last outcome compares the odds of kappa' after the impact with those before. With the share
+    S = min(1, q/(sqrt(k) |s|)) of the rotation that the contact has, B = `KAPPA_CORE` + |s_x|/|s|
+    and delta = S B,
 
-        h = log(kappa' (1 - kappa + delta) / ((1 - kappa') (kappa + delta))) / S.
+        h = log(kappa' (1 - kappa + delta) / ((1 - kappa') (kappa + delta))) / U,
+        U = S (kappa (1 - kappa) + B) / (kappa (1 - kappa) + delta).
+
+    The contact turns the spin by about S |s_x|/|s| against the grain. Near an axis of the grain
+    this angle is what is left of the angle between spin and axis, so U is 1; far from the axes the
+    angle changes in proportion to S, so U is S.
 
     Parameters
     ----------
@@ -289,11 +301,12 @@ def _parts(
 
 
 def _odds(contact: Contact) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return kappa + delta and 1 - kappa + delta before the impact, and S (`rebound_outcomes`)."""
-    turning = contact.root_inertia * contact.spin
-    h_unit = np.minimum(1.0, contact.speed / np.maximum(turning, 1e-300))
-    delta = KAPPA_CORE * h_unit
-    return contact.kappa + delta, 1.0 - contact.kappa + delta, h_unit
+    """Return kappa + delta and 1 - kappa + delta before the impact, and U (`rebound_outcomes`)."""
+    turning, other = contact.root_inertia * contact.spin, 1.0 - contact.kappa
+    inner, core = contact.kappa * other, KAPPA_CORE + contact.tilt
+    delta = core * np.minimum(1.0, contact.speed / np.maximum(turning, 1e-300))
+    h_unit = delta * (inner + core) / (core * (inner + delta))
+    return contact.kappa + delta, other + delta, h_unit
 
 
 def normal_work_outcome(works: FloatArray) -> FloatArray:

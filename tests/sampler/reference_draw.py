@@ -230,16 +230,24 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     spin, inertia, kappa, energy, effective = before
     size = math.sqrt(spin @ spin)
     sigma = spin / size * (0.3 + size / (1.0 + size**2) ** 0.25) if size else np.zeros(3)
+    tilts = sigma[:2] / np.sqrt(np.abs(sigma[:2]) + 0.02)
     side = (w[0] % 256 * 256 + w[1] % 256 + 0.5) / 2**16
-    turn = 1.0 if side < 0.5 + 5.0 * sigma[0] else -1.0
-    sigma, spin = sigma * [turn, turn, 1.0], spin * [turn, turn, 1.0]
+    turn = 1.0 if side < 0.5 + 5.0 * tilts[0] else -1.0
+    tilts, spin = turn * tilts, spin * [turn, turn, 1.0]
     alpha = min(max(alpha1, alphas[0]), alphas[1])
     effective = min(max(effective, speeds[0]), speeds[1])
     distance, square, slip = reference_contact(alpha, spin, inertia, kappa, grain)
     k, n = contents["spin/speed_coordinate"]
     fast = min(effective / math.sqrt(energy) * math.sqrt(square), speeds[1])
     place = math.log((kappa + 0.03) / (1.03 - kappa))
-    q = [math.sqrt(alpha), math.exp(-k * fast**n), *sigma, slip / math.sqrt(square), place]
+    q = [
+        math.sqrt(alpha),
+        math.exp(-k * fast**n),
+        *tilts,
+        sigma[2],
+        slip / math.sqrt(square),
+        place,
+    ]
     roots = [math.sqrt(1.0 - ratio) for ratio in grain[1:]]
     # 2. leaf
     row = list(contents["spin/shape_codes"]).index(grain[0])
@@ -265,8 +273,8 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     x = np.array([np.interp(bounded[j], knots, quantiles[j]) for j in range(n)])
     # 7. state
     share = min(1.0, math.sqrt(square / energy))
-    root, size = math.sqrt(inertia), math.hypot(math.sqrt(inertia), distance)
-    cosine, sine, y = root / size, distance / size, root * spin
+    root, arm = math.sqrt(inertia), math.hypot(math.sqrt(inertia), distance)
+    cosine, sine, y = root / arm, distance / arm, root * spin
     rest = np.array([y[0] * cosine, y[1], y[2] * cosine - math.cos(alpha) * sine])
     rest *= (1.0 - share**2) / math.sqrt(energy)
     moved = reference_moved(np.array([math.sqrt(1.0 - rest @ rest), *rest]), x[3:6], share)
@@ -275,7 +283,9 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     g = math.sqrt(loss) * x[:3]
     turning = root * math.sqrt(spin @ spin)
     part = min(1.0, math.sqrt(square) / turning) if turning else 1.0
-    first, second = math.exp(part * x[6]) * (kappa + 0.05 * part), 1.0 - kappa + 0.05 * part
+    core, inner = 0.03 + (abs(spin[0]) / size if size else 0.0), kappa * (1.0 - kappa)
+    unit = part * (inner + core) / (inner + part * core)
+    first, second = math.exp(unit * x[6]) * (kappa + part * core), 1.0 - kappa + part * core
     after = reference_inertia(first / (first + second), *reference_moments(contents, grain))
     velocity = [g[0] * cosine - rest[2] * sine, g[1], g[2] * cosine + rest[0] * sine]
     y = np.array([rest[0] * cosine - g[2] * sine, rest[1], g[0] * sine + rest[2] * cosine])

@@ -19,7 +19,7 @@ from synthetic_table import make_contents
 
 import sampler
 from sampler import InputError, errors
-from sampler.formats.bounds import FOLD, SPIN_CORE
+from sampler.formats.bounds import FOLD, SPIN_CORE, TILT_CORE
 
 # some of the conditions are outside of the law, on purpose
 pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
@@ -122,7 +122,7 @@ class TestSample:
         )
         size = np.linalg.norm(spin, axis=1) + 1e-300
         sigma_x = np.abs(spin[:, 0]) * (SPIN_CORE / size + (1.0 + size**2) ** -0.25)
-        apart = sigma_x > FOLD
+        apart = sigma_x / np.sqrt(sigma_x + TILT_CORE) > FOLD
         np.testing.assert_array_equal(mirrored[apart], (states * MIRROR)[apart])
         np.testing.assert_array_equal(after[0][apart], after[1][apart])
         assert apart[::3].any()

@@ -142,13 +142,20 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inertia(size_t m, const rbt_spin_law *law,
     }
 }
 
-/* -1 if a draw is made at the mirror image of its condition, else 1. The law is stored for positive
-   sigma_x only, so a negative one is mirrored. Within RBTI_FOLD of 0 either image is taken, with a chance
+/* Input of a component of sigma along the wall. Its root spreads small tilts of the spin, by which a grain
+   leaves rolling. */
+RBTI_INLINE RBT_DEVICE double rbti_tilt(double sigma)
+{
+    return sigma / sqrt((sigma < 0.0 ? -sigma : sigma) + RBTI_TILT_CORE);
+}
+
+/* -1 if a draw is made at the mirror image of its condition, else 1. The law is stored for a positive
+   input of sigma_x only, so a negative one is mirrored. Within RBTI_FOLD of 0 either image is taken, with a chance
    that goes from 0 to 1 across the fold; so the law is continuous there, and mirror images of a condition
    have mirror images of one law. The chance takes the bits of words 0 and 1 that step 4 does not use. */
-RBTI_INLINE RBT_DEVICE double rbti_mirror_sign(double sigma_x, uint32_t word_0, uint32_t word_1)
+RBTI_INLINE RBT_DEVICE double rbti_mirror_sign(double tilt_x, uint32_t word_0, uint32_t word_1)
 {
-    const double chance = 0.5 + sigma_x * (0.5 / RBTI_FOLD);
+    const double chance = 0.5 + tilt_x * (0.5 / RBTI_FOLD);
     const uint32_t bits = (word_0 & 0xffu) << 8 | (word_1 & 0xffu);
     return ((double)(int32_t)bits + 0.5) / 65536.0 < chance ? 1.0 : -1.0;
 }
@@ -208,8 +215,9 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_contact(size_t m, const double *angle, rbt
         const double energy = 1.0 + k * square, per_energy = 1.0 / sqrt(energy);
         const double per_size = 1.0 / sqrt(k + rho * rho), root = sqrt(k);
         const double cosine = root * per_size, sine = rho * per_size;
-        const double turning = root * sqrt(square), h_unit = q < turning ? q / turning : 1.0;
-        const double delta = RBTI_KAPPA_CORE * h_unit;
+        const double size = sqrt(square), turning = root * size, side = x < 0.0 ? -x : x;
+        const double core = RBTI_KAPPA_CORE + side / (size > 0.0 ? size : 1.0);
+        const double inner = kappa * other, delta = (q < turning ? q / turning : 1.0) * core;
         const double part = q * per_energy;
         speed[r] = q;
         slip[r] = ahead / q;
@@ -219,7 +227,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_contact(size_t m, const double *angle, rbt
         d->share[r] = part < 1.0 ? part : 1.0;
         d->odds[r] = kappa + delta;
         d->odds[m + r] = other + delta;
-        d->h_unit[r] = h_unit;
+        d->h_unit[r] = delta * (inner + core) / (core * (inner + delta));
         d->rest[r] = root * x * cosine * per_energy;
         d->rest[m + r] = root * y * per_energy;
         d->rest[2 * m + r] = (root * z * cosine - u[r] * sine) * per_energy;
@@ -244,15 +252,15 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
         const double covered = square < most ? square : most;
         const double shorter = square > most ? sqrt(most / square) : 1.0;
         const double root = sqrt(1.0 + d->inertia[r] * covered);
-        const double scale = rbti_sigma_over_spin(covered) * shorter;
-        const double sign = rbti_mirror_sign(scale * x, d->words[r], d->words[m + r]);
+        const double scale = rbti_sigma_over_spin(covered) * shorter, tilt_x = rbti_tilt(scale * x);
+        const double sign = rbti_mirror_sign(tilt_x, d->words[r], d->words[m + r]);
         flags[r] = rbti_spin_flags(table, d->alpha1[r], d->speed[r], root, square,
                                    inertia_is_beyond[r]);
         effective[r] = rbti_effective_speed(table, d->speed[r], root) / root;
         angle[r] = rbti_bounded(d->alpha1[r], law->alpha_first, law->alpha_last);
         inputs[RBTI_IN_ROOT_ANGLE * m + r] = sqrt(angle[r]);
-        inputs[RBTI_IN_SIGMA_X * m + r] = sign * (scale * x);
-        inputs[RBTI_IN_SIGMA_Y * m + r] = sign * (scale * y);
+        inputs[RBTI_IN_SIGMA_X * m + r] = sign * tilt_x;
+        inputs[RBTI_IN_SIGMA_Y * m + r] = sign * rbti_tilt(scale * y);
         inputs[RBTI_IN_SIGMA_Z * m + r] = scale * z;
         inputs[RBTI_IN_SQUARE * m + r] = scale * scale * square;
         d->spin[r] = sign * (shorter * x);

@@ -140,13 +140,15 @@ class TestChains:
         np.testing.assert_array_equal(impacts.grain[: N // 20], impacts.grain[-N // 20 :])
 
     def test_a_gas_drives_grains_along_the_wall(self):
-        """The velocity towards the wall and the spin in rad/s stay; others keep their angles."""
+        """It slows down their spins, and a little their velocity towards the wall; others stay."""
         grains = np.tile([SHAPE_CODES["ellipsoid"], 0.8, 0.8], (2, 1))
         impacts = first_impacts(np.radians([30.0, 30.0]), np.full(2, 50.0), grains, np.arange(2))
         impacts = impacts._replace(spin=np.tile([0.1, 0.2, -0.8], (2, 1)))
-        driven = driven_along_wall(impacts, np.array([True, False]), np.full(2, 80.0))
-        assert 80.0 * np.sin(driven.alpha1[0]) == pytest.approx(25.0)
-        np.testing.assert_allclose(80.0 * driven.spin[0], 50.0 * impacts.spin[0])
+        driven = driven_along_wall(
+            impacts, np.array([True, False]), np.full(2, 80.0), np.full(2, 2.0)
+        )
+        assert 80.0 * np.sin(driven.alpha1[0]) == pytest.approx(25.0 * np.exp(-0.2))
+        np.testing.assert_allclose(80.0 * driven.spin[0], 50.0 * np.exp(-2.0) * impacts.spin[0])
         assert (driven.alpha1[1], *driven.spin[1]) == (impacts.alpha1[1], *impacts.spin[1])
 
     def test_of_discs_settle_into_rolling(self):

@@ -15,7 +15,15 @@ from small_tables import works
 from spin_tables import with_spin_law
 
 from sampler import Table
-from sampler.formats.bounds import FOLD, MEAN_UNIT, N_FEATURES, N_INPUTS, SCORE_MAX, SPIN_CORE
+from sampler.formats.bounds import (
+    FOLD,
+    MEAN_UNIT,
+    N_FEATURES,
+    N_INPUTS,
+    SCORE_MAX,
+    SPIN_CORE,
+    TILT_CORE,
+)
 from tablegen.config.config import load_config
 from tablegen.fitting.law_conditions import grain_moments, inertia_coefficients
 from tablegen.fitting.spin_coordinates import (
@@ -126,7 +134,10 @@ class TestInputs:
         impacts = impacts._replace(spin=impacts.spin * np.geomspace(1e-9, 1e6, N)[:, None])
         inputs = inputs_of(impacts, moments)
         assert np.isfinite(inputs).all()
-        sigma, size = inputs[:, 2:5], np.linalg.norm(impacts.spin, axis=1)
+        sigma, size = inputs[:, 2:5].copy(), np.linalg.norm(impacts.spin, axis=1)
+        square = sigma[:, :2] ** 2  # of sigma / sqrt(|sigma| + core)
+        root = np.sqrt(0.25 * square**2 + TILT_CORE * square)
+        sigma[:, :2] = np.sign(sigma[:, :2]) * (0.5 * square + root)
         length = np.linalg.norm(sigma, axis=1)
         np.testing.assert_allclose(sigma * (size / length)[:, None], impacts.spin, rtol=1e-12)
         assert (np.diff(length[np.argsort(size)]) >= 0.0).all()
