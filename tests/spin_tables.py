@@ -101,8 +101,21 @@ def _law(seed, codes=(0, 1, 3), depth=2, outcomes=N_OUTCOMES):
     }
 
 
-def with_spin_law(contents, seed=1, **size):
-    """Return a table with a random spin law added; `size` is that of `_law`."""
+#: Tabulated laws of contact: of restitution at three angles and two speeds, of resistance at two.
+LAWS = np.array(
+    [
+        *(1e-3, 4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 13.0),
+        *(3.0, 2.0, 0.1, 0.7, 1.5, 60.0, 200.0, 0.95, 0.8, 0.6, 0.5, 0.5, 0.3),
+        *(2.0, 1.0, 0.2, 1.4, 1.0, 0.3, 0.1),
+    ]
+)
+
+
+def with_spin_law(contents, seed=1, laws=None, **size):
+    """Return a table with a random spin law added; `size` is that of `_law`.
+
+    With laws of contact, ellipsoids without spin count from a sphere.
+    """
     size |= {"outcomes": N_OUTCOMES_WITH_WORKS} if has_works(contents.variables) else {}
     datasets = contents.datasets | {f"spin/{name}": x for name, x in _law(seed, **size).items()}
     # one range of angles for both laws, and room for the energy of a spin
@@ -111,6 +124,7 @@ def with_spin_law(contents, seed=1, **size):
         "spin/alpha_range_deg": contents["axes/alpha_deg"][[0, -1]],
         "spin/speed_range": np.array([low, 2.0 * high]),
     }
+    datasets |= {} if laws is None else {"spin/laws": laws}
     datasets |= {f"spin_accuracy/{name}": np.zeros(n) for name, n in _NOT_MEASURED.items()}
     law = {"least_inertia": 0.01, "valid_speed": (50.0, 300.0)}
     return replace(contents, datasets=datasets, **law)

@@ -15,6 +15,7 @@ from sampler.formats.binary_layout import layout_text
 from sampler.formats.bounds import QUANTILES, RESISTANCE_LAWS, RESTITUTION_LAWS
 from sampler.formats.layout import (
     ATTRIBUTES,
+    BY_SPHERE,
     DATASETS,
     FILE_ATTRIBUTES,
     SPHERE_DATASETS,
@@ -66,7 +67,7 @@ def filled_page(page: str) -> str:
     parts = {
         "attributes": attributes_text,
         "datasets": lambda: _list_of(DATASETS),
-        "spin": lambda: _list_of(SPIN_DATASETS + SPHERE_DATASETS),
+        "spin": lambda: _list_of((*SPIN_DATASETS, BY_SPHERE, *SPHERE_DATASETS)),
         "quantiles": quantiles_text,
         "laws": laws_text,
         "binary": layout_text,

@@ -182,6 +182,8 @@ def spin_constants() -> str:
         "WOBBLE": repr(bounds.WOBBLE),
         "TILT_CORE": repr(bounds.TILT_CORE),
         "KAPPA_CORE": repr(bounds.KAPPA_CORE),
+        "ROUND_CORE": repr(bounds.ROUND_CORE),
+        "LEAST_TAKEN": repr(bounds.LEAST_TAKEN),
         "LEAST_LEFT": repr(bounds.LEAST_LEFT),
         "EQUAL_MOMENTS": repr(bounds.EQUAL_MOMENTS),
         "SINGLE_ROUNDING": repr(bounds.SINGLE_ROUNDING),

@@ -152,6 +152,10 @@ LEAST_WOBBLE, WOBBLE = 1e-6, 2.4
 #: END_OF_KAPPA from 0 and 1.
 KAPPA_CORE, END_OF_KAPPA = 0.03, 1e-4
 
+#: An ellipsoid is out of round by 2 (1 - c/a) plus this. The wall takes at least this share of the
+#: energy that a sphere keeps.
+ROUND_CORE, LEAST_TAKEN = 0.02, 1e-3
+
 #: Least share of the energy, as its root, that is left to the contact and the wall.
 LEAST_LEFT = 1e-6
 

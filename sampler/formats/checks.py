@@ -292,4 +292,15 @@ def _contact_laws(values: Array, _: Mapping[str, Array]) -> TableError | None:
     return None
 
 
+def _tabulated_laws(values: Array, _: Mapping[str, Array]) -> TableError | None:
+    """Refuse laws that are no tables."""
+    for at, laws in ((1, RESTITUTION_LAWS), (4, RESISTANCE_LAWS)):
+        code = laws.index("tabulated")
+        if values[at] != code:
+            return TableError("", f"{values[at]:.9g}", f"{code}, a table", row=at)
+    return None
+
+
+tabulated_laws = Check("both tabulated", _tabulated_laws)
+
 contact_laws = Check("known laws, and their tables", _contact_laws)

@@ -35,6 +35,7 @@ from sampler.formats.bounds import (
 )
 from sampler.formats.channels import CHANNELS, MOST_NAMES, VARIABLES
 from sampler.formats.hdf5 import TableContents
+from sampler.formats.layout import BY_SPHERE, SPHERE_DATASETS
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 
 #: An image in memory: bytes that begin on a cache line.
@@ -153,7 +154,7 @@ def _header(contents: TableContents) -> Any:
     header["channels"] = _padded([] if spheres else [CHANNELS.index(name) for name in channels])
     numbers = [stored.index(name) if name in stored else -1 for name in channels]
     header["marginals"] = _padded([] if spheres else numbers)
-    fields = {"n_law_parameters": contents["sphere/laws"].size} if spheres else {}
+    fields: dict[str, Any] = {"n_law_parameters": _laws(contents).size}
     for axis in ("alpha", "speed"):
         fields |= axis_fields(contents, axis)
     fields |= _spin_fields(contents) if contents.has_spin else {}
@@ -207,7 +208,14 @@ def _arrays(contents: TableContents) -> dict[str, NDArray[Any]]:
     if contents.has_spin:
         stored |= _grain_arrays(contents)
         stored |= {} if contents.of_spheres else _spin_arrays(contents)
-    return stored | ({"laws": contents["sphere/laws"]} if contents.of_spheres else {})
+    laws = _laws(contents)
+    return stored | ({"laws": laws} if laws.size else {})
+
+
+def _laws(contents: TableContents) -> NDArray[np.float64]:
+    """Find the laws of contact of a table; empty if it has none."""
+    paths = (SPHERE_DATASETS[0].path, BY_SPHERE.path)
+    return next((contents[path] for path in paths if path in contents.datasets), np.empty(0))
 
 
 def _node_arrays(contents: TableContents) -> dict[str, NDArray[Any]]:

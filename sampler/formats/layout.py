@@ -253,6 +253,11 @@ SPHERE_DATASETS = (
         (checks.contact_laws,)),
 )  # fmt: skip
 
+#: Of a spin law whose ellipsoids without spin count from the rebound of a sphere.
+BY_SPHERE = Dataset("spin/laws", "<f8", ("n_law_parameters",), "1",
+    "laws of contact by which ellipsoids without spin are drawn, as sphere/laws; both are tables",
+    (checks.contact_laws, checks.tabulated_laws))  # fmt: skip
+
 #: What a table of spheres shares with others.
 _SHARED = (
     "axes/alpha_deg axes/speed spin/shape_codes spin/shape_weights spin/ratio_range "
@@ -268,7 +273,8 @@ def layout_of(paths: Iterable[str]) -> tuple[Dataset, ...]:
         shared = (d for d in every if d.path in _SHARED.split() or d.path.startswith("accuracy/"))
         return (*shared, *SPHERE_DATASETS)
     has_spin = any(path.startswith((GROUP, ACCURACY)) for path in given)
-    return (*DATASETS, *SPIN_DATASETS) if has_spin else DATASETS
+    by_sphere = (BY_SPHERE,) if BY_SPHERE.path in given else ()
+    return (*DATASETS, *SPIN_DATASETS, *by_sphere) if has_spin else DATASETS
 
 
 class Attribute(NamedTuple):

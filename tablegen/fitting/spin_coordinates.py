@@ -28,12 +28,14 @@ from sampler.formats.bounds import (
     KAPPA_CORE,
     LEAST_LEFT,
     LEAST_REST,
+    LEAST_TAKEN,
     LEAST_WOBBLE,
     N_CONDITIONS,
     N_FEATURES,
     N_INPUTS,
     PLACE_CORE,
     RATIOS,
+    ROUND_CORE,
     SPIN_CORE,
     TILT_CORE,
     WOBBLE,
@@ -127,8 +129,23 @@ class Contact(NamedTuple):
     #: Size of the spin, and the share of its component along the path, |s_x| / |s|.
     spin: FloatArray
     tilt: FloatArray
-    #: (n, 3): part d of the motion over sqrt(E).
-    rest: FloatArray
+    #: (n, 3): the point e from which outcomes o count; (n,): their unit.
+    base: FloatArray
+    o_unit: FloatArray
+    #: Rebounds of spheres from which outcomes p count, if they do.
+    sphere: "Sphere | None" = None
+
+
+class Sphere(NamedTuple):
+    """Rebounds of spheres, from which those of ellipsoids count; fields are (n,)."""
+
+    #: Velocities u and v over V after the impact, and the energy W that the wall takes.
+    along: FloatArray
+    away: FloatArray
+    taken: FloatArray
+    #: Units of the outcome p_v, and of p_u and p_w.
+    v_unit: FloatArray
+    side_unit: FloatArray
 
 
 def nominal_contact(impacts: Impacts, moments: Moments) -> Contact:
@@ -160,12 +177,60 @@ def nominal_contact(impacts: Impacts, moments: Moments) -> Contact:
     energy = 1.0 + inertia * spin**2
     root = np.sqrt(inertia)
     tilt = np.abs(impacts.spin[:, 0]) / np.where(spins, spin, 1.0)
-    contact = Contact(kappa, distance, root, energy, np.sqrt(speed), slip, spin, tilt, np.empty(0))
+    contact = Contact(
+        *(kappa, distance, root, energy, np.sqrt(speed), slip, spin, tilt),
+        base=np.empty(0),
+        o_unit=np.minimum(1.0, np.sqrt(speed / energy)),
+    )
     velocity = np.column_stack(
         [np.cos(impacts.alpha1), np.sin(impacts.alpha1), np.zeros_like(spin)]
     )
     _, rest = _parts(velocity, root[:, None] * impacts.spin, contact)
-    return contact._replace(rest=rest / np.sqrt(energy)[:, None])
+    return contact._replace(base=((1.0 - contact.o_unit**2) / np.sqrt(energy))[:, None] * rest)
+
+
+def beside_sphere(contact: Contact, impacts: Impacts, after: FloatArray) -> Contact:
+    """Count the outcomes of ellipsoids without spin from the rebounds of spheres.
+
+    An ellipsoid with the ratio c of its shortest to its longest axis is out of round by
+    r = min(1, 2 (1 - c) + `ROUND_CORE`). A sphere leaves the same impact with u_s and v_s, is
+    slowed down by D = cos a - u_s, and loses the energy
+
+        W = (sin a - v_s)(sin a + v_s) + D (2 cos a - 7/2 D)
+
+    to the wall, or `LEAST_TAKEN` of what it keeps, if this is more. Then outcomes o count from
+    e = -(1 - r)(0, 0, cos a sin f), in units of r min(1, sin a + v_s + 2 D), outcomes p_v in units
+    of r (sin a + v_s + 2 D)/sqrt(W), and p_u and p_w in units of
+    r (2 D + r (sin a + v_s)/10)/sqrt(W).
+
+    Parameters
+    ----------
+    contact : Contact
+    impacts : Impacts
+        Impacts without spin.
+    after : (n, 2) float64
+        Velocities u_s and v_s over V.
+    """
+    u, v, (along, away) = np.cos(impacts.alpha1), np.sin(impacts.alpha1), after.T
+    ratio = impacts.grain[:, 1] * impacts.grain[:, 2]
+    out_of_round = np.minimum(1.0, 2.0 * (1.0 - ratio) + ROUND_CORE)
+    slower, normal = u - along, v + away
+    taken = (v - away) * normal + slower * (2.0 * u - 3.5 * slower)
+    taken = np.maximum(taken, LEAST_TAKEN * (along * along + away * away))
+    shear, per_p = 2.0 * slower, out_of_round / np.sqrt(taken)
+    sine = contact.distance / np.hypot(contact.root_inertia, contact.distance)
+    zeros = np.zeros_like(u)
+    return contact._replace(
+        base=np.column_stack([zeros, zeros, (out_of_round - 1.0) * u * sine]),
+        o_unit=out_of_round * np.minimum(1.0, normal + shear),
+        sphere=Sphere(
+            along,
+            away,
+            taken,
+            per_p * (normal + shear),
+            per_p * (shear + 0.1 * out_of_round * normal),
+        ),
+    )
 
 
 def impact_inputs(
@@ -272,18 +337,52 @@ def rebound_outcomes(
     loss = np.maximum(left - np.sum(g * g, axis=1)[:, None], LEAST_REST * left)
     after = np.hstack([np.sqrt(left), d]) / np.sqrt(energy)
     after /= np.linalg.norm(after, axis=1)[:, None]
-    share = np.minimum(1.0, contact.speed / np.sqrt(contact.energy))[:, None]
-    base = (1.0 - share**2) * contact.rest
+    base, unit = contact.base, contact.o_unit[:, None]
     pole = np.sqrt(1.0 - np.sum(base * base, axis=1))[:, None]
     along = np.sum(base * after[:, 1:], axis=1)[:, None]
     ahead = pole * after[:, :1] + along
     side = after[:, 1:] - base * (after[:, :1] + along / (1.0 + pole))
-    o = 2.0 * side / (np.maximum(1.0 + ahead, LEAST_LEFT) * share)
+    o = 2.0 * side / (np.maximum(1.0 + ahead, LEAST_LEFT) * unit)
     kappa = kappa_from_inertia(inertia, moments)
     kappa = np.clip(kappa, END_OF_KAPPA, 1.0 - END_OF_KAPPA)
     before, other, h_unit = _odds(contact)
     odds_ratio = kappa * other / ((1.0 - kappa) * before)
-    return np.column_stack([g / np.sqrt(loss), o, np.log(odds_ratio) / h_unit])
+    p = g / np.sqrt(loss)
+    if contact.sphere:
+        p = _beside_sphere(p, d, left[:, 0], contact, contact.sphere)
+    return np.column_stack([p, o, np.log(odds_ratio) / h_unit])
+
+
+def _beside_sphere(
+    p: FloatArray, d: FloatArray, left: FloatArray, contact: Contact, sphere: Sphere
+) -> FloatArray:
+    """Count outcomes p from a sphere; ``left`` (n,) is R, and d (n, 3) is d'.
+
+    With s = v_s/sqrt(W), and y = (p_v - s^2/p_v)/2 in units of p_v, the outcome p_v becomes
+    y + sqrt(y^2 + 1). Outcomes p_u and p_w count from the g with which the grain, whatever d' is,
+    has u_s and no w,
+
+        b = ((u_s + d'_z sin f)/cos f, -d'_x tan f),
+
+    over sqrt((R - b^2)/(1 + p_v^2)). If b^2 is more than R - min(W + v_s^2, R)/2, it is this.
+    """
+    v = np.maximum(p[:, 1], 1e-12)
+    y = 0.5 * (v - sphere.away**2 / (sphere.taken * v)) / sphere.v_unit
+    tangent = contact.distance / contact.root_inertia
+    b_u = sphere.along * np.hypot(1.0, tangent) + d[:, 2] * tangent
+    b_w = -d[:, 0] * tangent
+    square = b_u * b_u + b_w * b_w
+    most = left - 0.5 * np.minimum(sphere.taken + sphere.away**2, left)
+    shorter = np.sqrt(np.minimum(1.0, most / np.maximum(square, 1e-300)))
+    per_p = shorter * np.sqrt((1.0 + v * v) / (left - np.minimum(square, most)))
+    size = np.abs(y) + np.sqrt(y * y + 1.0)
+    return np.column_stack(
+        [
+            (p[:, 0] - per_p * b_u) / sphere.side_unit,
+            np.where(y > 0.0, size, 1.0 / size),
+            (p[:, 2] - per_p * b_w) / sphere.side_unit,
+        ]
+    )
 
 
 def _parts(

@@ -17,6 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from sampler.formats.bounds import N_INPUTS, N_KAPPA_QUANTILES, SPEED_COORDINATE
 from sampler.formats.channels import has_works
+from sampler.formats.layout import BY_SPHERE
 from tablegen.checkpoints import Arrays, Task, TaskRunner, stable_number
 from tablegen.config.config import Config
 from tablegen.config.pairs import ExponentialRestitution, TabulatedRestitution
@@ -38,6 +39,7 @@ from tablegen.fitting.spin_coordinates import (
     SPIN_RANGE,
     Moments,
     SpeedCoordinate,
+    beside_sphere,
     choose_reflected,
     impact_inputs,
     inertia_from_kappa,
@@ -50,6 +52,11 @@ from tablegen.fitting.tree import Tree, grow_tree, join_trees
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct_law import DirectLaw
 from tablegen.simulation.impact_chains import Impacts, simulate_departures
+from tablegen.simulation.sphere_rebounds import (
+    counts_from_spheres,
+    sphere_laws,
+    sphere_rebounds,
+)
 
 #: Speed coordinates to choose from if the restitution does not fall exponentially with a power of
 #: the speed: exponents, and parts of the largest V_e at which the coordinate is 1/2. The first pair
@@ -154,7 +161,9 @@ def spin_law(
     stacked = {
         f"spin/{name}": np.stack([arrays[name] for arrays in fitted]) for name in LeafArrays._fields
     }
+    by_sphere = any(counts_from_spheres(config, code) for code in codes)
     return {
+        **({BY_SPHERE.path: sphere_laws(config)} if by_sphere else {}),
         **_coverage_datasets(config, codes),
         **_tree_datasets(shapes),
         "spin/kappa_quantiles": np.array([shape.kappa for shape in shapes]),
@@ -376,6 +385,8 @@ def _block_of_rebounds(
     is_reflected, contact = leaf.is_reflected[rows], nominal_contact(impacts, moments)
     inputs = impact_inputs(impacts, moments, contact, speed_coordinate(config))
     inputs = reflect(inputs, is_reflected, INPUT_SIGNS)
+    if counts_from_spheres(config, shape_code) and not impacts.spin.any():
+        contact = beside_sphere(contact, impacts, sphere_rebounds(config, impacts))
     departures = simulate_departures(law, impacts, seed, threads=1)
     inertia = np.where(departures.inertia > 0.0, departures.inertia, moments.largest)
     outcomes = rebound_outcomes(departures.states, inertia, moments, contact)

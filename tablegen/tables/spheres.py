@@ -5,7 +5,6 @@ contact, a draw evaluates the formula, and draws are exact.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sampler.errors import InputError
 from sampler.formats.channels import channels_for
@@ -16,6 +15,7 @@ from sampler.table import Table
 from tablegen.config.config import Config, stored_config
 from tablegen.model.impacts import GRAZING
 from tablegen.simulation.direct import silent_model
+from tablegen.simulation.sphere_rebounds import sphere_laws
 from tablegen.tables.assembly import accuracy_datasets, table_contents
 
 #: Impacts at which a table is compared with direct simulation, and their largest spin [V/a].
@@ -26,15 +26,6 @@ _TOLERANCE = 1e-14
 
 #: Differences to direct simulation below this are rounding.
 ROUNDING = 1e-12
-
-
-def sphere_laws(config: Config) -> NDArray[np.float64]:
-    """Write the laws of contact of a pair as numbers of the dataset ``sphere/laws``."""
-    law = config.pair.kernel_arguments()
-    restitution = law.restitution_law, law.coefficient, law.exponent
-    resistance = law.resistance_law, law.strength, law.factor
-    numbers = config.model.contact_resolution, *restitution, *resistance, law.numbers.size
-    return np.array([*numbers, *law.numbers, *law.resistances])
 
 
 def sphere_contents(config: Config) -> TableContents:

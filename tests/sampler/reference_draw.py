@@ -214,6 +214,39 @@ def reference_moved(point, outcomes, share):
     return z - half * (half @ z) / (1.0 + point[0]) + 2.0 * point * z[0]
 
 
+def _tabulated(table, angle, speed):
+    """Value of a table of angles and speeds, and the numbers behind it."""
+    n, m = int(table[0]), int(table[1])
+    angles, speeds = table[2 : 2 + n], table[2 + n : 2 + n + m]
+    values = np.reshape(table[2 + n + m : 2 + n + m + n * m], (n, m))
+    return np.interp(speed, speeds, [np.interp(angle, angles, column) for column in values.T])
+
+
+def reference_sphere(laws, alpha, speed):
+    """Velocities u and v of a sphere after an impact without spin, and the energy W."""
+    u, v, length = math.cos(alpha), math.sin(alpha), int(laws[7])
+    least = laws[0] * min(1.0, v / 0.0087)
+    away = max(_tabulated(laws[8 : 8 + length], alpha, speed) * v, least)
+    c = _tabulated(laws[8 + length :], alpha, 1.0) * (v + away)
+    along = u * (1.0 - c / (1.0 + 1.75 * c))
+    taken = v**2 - away**2 + (u - along) * (2.0 * u - 3.5 * (u - along))
+    return along, away, max(taken, 1e-3 * (along**2 + away**2))
+
+
+def reference_p(p, sphere, out_of_round, velocity, d, left, slope):
+    """Outcomes p of a grain by itself, from those that count from a sphere."""
+    (along, away, taken), slower = sphere, velocity[0] - sphere[0]
+    kick = velocity[1] + away + 2.0 * slower
+    y = out_of_round * kick * (p[1] - 1.0 / p[1]) / (2.0 * math.sqrt(taken))
+    p_v = y + math.sqrt(y * y + away**2 / taken)
+    b = np.array([along * math.hypot(1.0, slope) + d[2] * slope, -d[0] * slope])
+    most = left - min(taken + away**2, left) / 2.0
+    b *= min(1.0, math.sqrt(most / (b @ b)))
+    unit = out_of_round * (2.0 * slower + out_of_round * (velocity[1] + away) / 10.0)
+    side = b * math.sqrt((1.0 + p_v**2) / (left - b @ b)) + unit / math.sqrt(taken) * p[[0, 2]]
+    return np.array([side[0], p_v, side[1]])
+
+
 def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     """State of a particle that arrives spinning, works, and last the inertia about its spin.
 
@@ -277,8 +310,17 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     cosine, sine, y = root / arm, distance / arm, root * spin
     rest = np.array([y[0] * cosine, y[1], y[2] * cosine - math.cos(alpha) * sine])
     rest *= (1.0 - share**2) / math.sqrt(energy)
+    sphere, out_of_round = None, min(1.0, 2.0 * (1.0 - grain[1] * grain[2]) + 0.02)
+    if "spin/laws" in contents.datasets and grain[0] == 0 and not size:
+        sphere = reference_sphere(contents["spin/laws"], alpha, effective)
+        rest = np.array([0.0, 0.0, (out_of_round - 1.0) * math.cos(alpha) * sine])
+        kick = math.sin(alpha) + sphere[1] + 2.0 * (math.cos(alpha) - sphere[0])
+        share = out_of_round * min(1.0, kick)
     moved = reference_moved(np.array([math.sqrt(1.0 - rest @ rest), *rest]), x[3:6], share)
     left, rest = energy * moved[0] ** 2, math.sqrt(energy) * moved[1:]
+    if sphere:
+        velocity = math.cos(alpha), math.sin(alpha)
+        x[:3] = reference_p(x[:3], sphere, out_of_round, velocity, rest, left, sine / cosine)
     loss = left / (1.0 + x[:3] @ x[:3])
     g = math.sqrt(loss) * x[:3]
     turning = root * math.sqrt(spin @ spin)

@@ -14,7 +14,7 @@ from reference_draw import (
 from refusals import refused
 from scipy.stats import ks_2samp
 from small_tables import works
-from spin_tables import energy, moments, with_spin_law
+from spin_tables import LAWS, energy, moments, with_spin_law
 from synthetic_table import make_contents
 
 import sampler
@@ -25,6 +25,8 @@ from sampler.formats.bounds import FOLD, SPIN_CORE, TILT_CORE
 pytestmark = pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")
 
 CONTENTS, WITH_WORKS = with_spin_law(make_contents()), with_spin_law(works())
+#: Ellipsoids without spin count from a sphere.
+BY_SPHERE = with_spin_law(works(), laws=LAWS)
 #: A shape that nobody in the population has, and a mesh.
 UNUSED = with_spin_law(make_contents(), codes=(0, 3, 64))
 UNUSED["spin/shape_weights"][:] = 0.25, 0.0, 0.75
@@ -166,7 +168,7 @@ class TestSpecification:
             grain = table.grains(2**63 + 9, index)
             np.testing.assert_allclose(grain, expected, rtol=0, atol=1e-13)
 
-    @pytest.mark.parametrize("contents", [CONTENTS, WITH_WORKS, UNUSED])
+    @pytest.mark.parametrize("contents", [CONTENTS, WITH_WORKS, BY_SPHERE, UNUSED])
     def test_states(self, contents):
         """Single precision: to 3e-4, but where a share is next to a border; one in a hundred."""
         alpha1, speed, spin = conditions(seed=4)
@@ -184,6 +186,17 @@ class TestSpecification:
             errors[k] = np.abs(reference_spin_draw(*given) - [*states[k], after[k]]).max()
         assert (errors > 1e-3).sum() <= 0.01 * N
         assert np.median(errors) < 1e-4
+
+    def test_laws_of_contact_are_those_of_ellipsoids_without_spin_alone(self):
+        alpha1, speed, spin = conditions(seed=4)
+        plain, by_sphere = (
+            sampler.Table(one).sample(alpha1, speed, spin=spin, **KEYS)
+            for one in (WITH_WORKS, BY_SPHERE)
+        )
+        ellipsoid = sampler.Table(BY_SPHERE).grains(5, INDEX)[:, 0] == 0
+        counts = ellipsoid & ~spin.any(axis=1)
+        np.testing.assert_array_equal((plain != by_sphere).any(axis=1), counts)
+        assert counts.sum() > 10
 
 
 class TestInertia:

@@ -37,7 +37,7 @@ sys.path[:0] = map(str, (HERE.parents[1], TESTS, TESTS / "sampler", TESTS / "emb
 
 from known_vectors import answer  # noqa: E402  (folders of the tests)
 from small_tables import SMALL_TABLES, plane, works  # noqa: E402
-from spin_tables import with_spin_law  # noqa: E402
+from spin_tables import LAWS, with_spin_law  # noqa: E402
 
 from sampler.formats.hdf5 import write_table  # noqa: E402
 from sampler.formats.image import write_binary_table  # noqa: E402
@@ -208,7 +208,7 @@ def cases(table):
 def main():
     tables = {name: make() for name, make in SMALL_TABLES.items()}
     tables["spin"] = with_spin_law(plane(), codes=(0, 4), depth=0)
-    tables["spin-works"] = with_spin_law(works(), codes=(0,), depth=0)
+    tables["spin-works"] = with_spin_law(works(), codes=(0,), depth=0, laws=LAWS)
     for name, contents in tables.items():
         write_table(HERE / f"{name}.h5", contents)
         write_binary_table(HERE / f"{name}.rbt", contents)

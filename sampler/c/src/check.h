@@ -36,16 +36,16 @@ static int rbti_check_sum(const char *image, size_t size, const rbti_header *hea
 }
 
 /* Check the dimensions of arrays. A table has nodes, and may have a spin law; or it is one of spheres,
-   with laws of contact. The dimensions of what it lacks are 0. */
+   with laws of contact, which a spin law may have too. The dimensions of what it lacks are 0. */
 static int rbti_check_dimensions(const rbti_header *h)
 {
     const int nodes = (h->flags & RBTI_SPHERES) == 0, law = h->n_leaves > 0;
-    const int spheres = !nodes, grains = law || spheres;
+    const int spheres = !nodes || h->n_law_parameters > 0, grains = law || !nodes;
 #define RBTI_DO(there, name, least, most)                                                          \
     RBTI_REQUIRE(there ? h->name >= least && h->name <= most : h->name == 0, RBT_ERR_DIMENSIONS);
     RBTI_DIMENSIONS(RBTI_DO)
 #undef RBTI_DO
-    RBTI_REQUIRE(nodes || !law, RBT_ERR_DIMENSIONS);
+    RBTI_REQUIRE(nodes ? law || !spheres : !law, RBT_ERR_DIMENSIONS);
     const uint32_t needed = 1 + h->n_channels + h->n_channels * (h->n_channels + 1) / 2;
     uint32_t stride = 1;
     while (stride < needed)
@@ -163,6 +163,13 @@ static int rbti_laws_are_valid(const double *law, int32_t count)
            (!needed || rbti_is_table(law + RBTI_NUMBERS + length, n_behind, 1.0));
 }
 
+/* Whether both laws are tables, as those are by which ellipsoids are drawn. */
+static int rbti_laws_are_tables(const double *law)
+{
+    return (int)law[RBTI_RESTITUTION] == RBTI_RESTITUTION_TABULATED &&
+           (int)law[RBTI_RESISTANCE] == RBTI_RESISTANCE_TABULATED;
+}
+
 /* Check everything that a draw uses as an index. */
 static int rbti_check_indices(const rbt_table *table, const rbti_header *h)
 {
@@ -171,6 +178,8 @@ static int rbti_check_indices(const rbt_table *table, const rbti_header *h)
     RBTI_REQUIRE(rbti_components_are_valid(table, rbti_nodes(h)), RBT_ERR_INDICES);
     RBTI_REQUIRE(rbti_trees_are_valid(&table->spin, table->population.n_shapes), RBT_ERR_INDICES);
     RBTI_REQUIRE(!table->laws || rbti_laws_are_valid(table->laws, table->n_law_parameters),
+                 RBT_ERR_INDICES);
+    RBTI_REQUIRE(!table->laws || table->spheres || rbti_laws_are_tables(table->laws),
                  RBT_ERR_INDICES);
     return RBT_OK;
 }

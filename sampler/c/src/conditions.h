@@ -218,19 +218,54 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_contact(size_t m, const double *angle, rbt
         const double size = sqrt(square), turning = root * size, side = x < 0.0 ? -x : x;
         const double core = RBTI_KAPPA_CORE + side / (size > 0.0 ? size : 1.0);
         const double inner = kappa * other, delta = (q < turning ? q / turning : 1.0) * core;
-        const double part = q * per_energy;
+        const double part = q * per_energy, share = part < 1.0 ? part : 1.0;
+        const double apart = (1.0 - share * share) * per_energy;
         speed[r] = q;
         slip[r] = ahead / q;
         d->energy[r] = energy;
         d->cosine[r] = cosine;
         d->sine[r] = sine;
-        d->share[r] = part < 1.0 ? part : 1.0;
+        d->o_unit[r] = share;
         d->odds[r] = kappa + delta;
         d->odds[m + r] = other + delta;
         d->h_unit[r] = delta * (inner + core) / (core * (inner + delta));
-        d->rest[r] = root * x * cosine * per_energy;
-        d->rest[m + r] = root * y * per_energy;
-        d->rest[2 * m + r] = (root * z * cosine - u[r] * sine) * per_energy;
+        d->base[r] = apart * root * x * cosine;
+        d->base[m + r] = apart * root * y;
+        d->base[2 * m + r] = apart * (root * z * cosine - u[r] * sine);
+    }
+}
+
+/* Ellipsoids without spin, in a table of a tabulated law: their outcomes count from the rebound of a sphere,
+   in units of how far the grain is from round. All other draws are by themselves. */
+RBTI_INLINE RBT_DEVICE void rbti_fill_spheres(size_t m, const rbt_table *table, const double *angle,
+                                              const double *speed, rbti_spin_draws *d)
+{
+    RBTI_EACH_DRAW(r)
+        d->by_sphere[r] = 0;
+    for (size_t r = 0; r < m && table->laws; r++) {
+        double u, v, after[2];
+        if (table->population.shape_codes[d->shape[r]] != RBT_ELLIPSOID ||
+            d->inputs[RBTI_IN_SQUARE * m + r] > 0.0)
+            continue;
+        rbti_cosine_and_sine(angle[r], &u, &v);
+        rbti_tabulated_sphere(table->laws, angle[r], speed[r], u, v, after);
+        const double ratio = d->inputs[RBTI_IN_B_A * m + r] * d->inputs[RBTI_IN_C_B * m + r];
+        const double far = 2.0 * (1.0 - ratio) + RBTI_ROUND_CORE;
+        const double out_of_round = far < 1.0 ? far : 1.0;
+        const double slower = u - after[0], normal = v + after[1], shear = 2.0 * slower;
+        const double squares = after[0] * after[0] + after[1] * after[1];
+        const double taken = (v - after[1]) * normal + slower * (2.0 * u - RBTI_MOBILITY * slower);
+        const double least = RBTI_LEAST_TAKEN * squares, most = taken > least ? taken : least;
+        const double per_p = out_of_round / sqrt(most);
+        d->by_sphere[r] = 1;
+        d->sphere[r] = after[0];
+        d->sphere[m + r] = after[1];
+        d->taken[r] = most;
+        d->p_unit[r] = per_p * (normal + shear);
+        d->p_unit[m + r] = per_p * (shear + 0.1 * out_of_round * normal);
+        d->o_unit[r] = out_of_round * (normal + shear < 1.0 ? normal + shear : 1.0);
+        d->base[r] = d->base[m + r] = 0.0;
+        d->base[2 * m + r] = (out_of_round - 1.0) * u * d->sine[r];
     }
 }
 
@@ -271,6 +306,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
         place[r] = RBTI_LOG_2 * rbti_logarithm_to_two(place[r]);
     }
     rbti_fill_contact(m, angle, d, speed);
+    rbti_fill_spheres(m, table, angle, effective, d);
     RBTI_EACH_DRAW(r) {
         effective[r] *= speed[r];
         inputs[RBTI_IN_PLACE * m + r] = (double)place[r];

@@ -62,8 +62,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_rest(size_t m, const rbti_spin_draws *d, d
 {
     RBTI_EACH_DRAW(r) {
         const float *outcome = d->outcomes + r;
-        const double share = d->share[r], apart = 1.0 - share * share, half = 0.5 * share;
-        const double a = apart * d->rest[r], b = apart * d->rest[m + r], c = apart * d->rest[2 * m + r];
+        const double half = 0.5 * d->o_unit[r];
+        const double a = d->base[r], b = d->base[m + r], c = d->base[2 * m + r];
         const double pole = sqrt(1.0 - rbti_square(a, b, c));
         const double x = half * (double)outcome[RBTI_OUT_O_X * m];
         const double y = half * (double)outcome[RBTI_OUT_O_Y * m];
@@ -92,16 +92,43 @@ RBTI_INLINE RBT_DEVICE double rbti_exponential(double x)
     return y < 0.0f ? power : 1.0 / power;
 }
 
+/* Outcomes p of a draw that count from a sphere become those of the draw by itself: beside the sphere's v,
+   and beside the g with which the grain, whatever its spin, has the sphere's u and no w. */
+RBTI_INLINE RBT_DEVICE void rbti_take_sphere(size_t m, size_t r, const rbti_spin_draws *d,
+                                             const double *rest, const double *left, double *p)
+{
+    const double first = d->sphere[m + r] / sqrt(d->taken[r]), tan_f = d->sine[r] / d->cosine[r];
+    const double x = 0.5 * d->p_unit[r] * (p[m + r] - 1.0 / p[m + r]), root = sqrt(x * x + first * first);
+    const double p_v = x > 0.0 ? x + root : first * first / (root - x);
+    const double most = d->taken[r] + d->sphere[m + r] * d->sphere[m + r];
+    const double kept = 0.5 * (most < left[r] ? most : left[r]);
+    double g_u = d->sphere[r] / d->cosine[r] + rest[2 * m + r] * tan_f, g_w = -rest[r] * tan_f;
+    const double square = g_u * g_u + g_w * g_w;
+    const double shorter = square > left[r] - kept ? sqrt((left[r] - kept) / square) : 1.0;
+    const double rest_of_v = square > left[r] - kept ? kept : left[r] - square;
+    const double per_p = sqrt((1.0 + p_v * p_v) / rest_of_v) * shorter;
+    p[r] = per_p * g_u + d->p_unit[m + r] * p[r];
+    p[m + r] = p_v;
+    p[2 * m + r] = per_p * g_w + d->p_unit[m + r] * p[2 * m + r];
+}
+
 /* Outcomes become variables, inertia and works. The normal work is the share a^6 of both works. */
-RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rbti_spin_draws *d,
-                                             double *values)
+RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rbt_table *table,
+                                             const rbti_spin_draws *d, double *values)
 {
     double rest[3 * RBTI_BLOCK] RBTI_ALIGNED, left[RBTI_BLOCK] RBTI_ALIGNED;
+    double p[3 * RBTI_BLOCK] RBTI_ALIGNED;
     rbti_fill_rest(m, d, rest, left);
+    for (size_t k = 0; k < 3; k++) {
+        RBTI_EACH_DRAW(r)
+            p[k * m + r] = (double)d->outcomes[(RBTI_OUT_P_U + k) * m + r];
+    }
+    for (size_t r = 0; r < m && table->laws; r++)
+        if (d->by_sphere[r])
+            rbti_take_sphere(m, r, d, rest, left, p);
     RBTI_EACH_DRAW(r) {
         const float *outcome = d->outcomes + r;
-        const double p_u = (double)outcome[RBTI_OUT_P_U * m], p_v = (double)outcome[RBTI_OUT_P_V * m];
-        const double p_w = (double)outcome[RBTI_OUT_P_W * m], sign = d->sign[r];
+        const double p_u = p[r], p_v = p[m + r], p_w = p[2 * m + r], sign = d->sign[r];
         const double ratio = rbti_exponential(d->h_unit[r] * (double)outcome[RBTI_OUT_H * m]);
         const double first = ratio * d->odds[r], second = d->odds[m + r];
         const double after = rbti_inertia_at(first / (first + second), d->least[r], d->most[r]);
@@ -132,7 +159,7 @@ RBTI_INLINE RBT_DEVICE void rbti_to_spin_states(size_t m, size_t count, size_t o
 {
     double values[RBTI_STATE_ROWS * RBTI_BLOCK] RBTI_ALIGNED;
     const size_t width = (size_t)variables;
-    rbti_fill_values(m, outcomes, d, values);
+    rbti_fill_values(m, outcomes, table, d, values);
     for (size_t k = 0; k < RBT_VALUES; k++) { /* compilers know this number, not `width` */
         if (k >= width)
             break;

@@ -85,6 +85,20 @@ RBTI_INLINE RBT_DEVICE double rbti_tangential_impulse(const rbt_table *table, do
     return c / (1.0 + 0.5 * RBTI_MOBILITY * c);
 }
 
+/* Velocities u and v of a sphere after an impact without spin, by tables of restitution and resistance,
+   without functions of the C library. */
+RBTI_INLINE RBT_DEVICE void rbti_tabulated_sphere(const double *law, double angle, double speed,
+                                                  double u, double v, double after[2])
+{
+    const double *first = law + RBTI_NUMBERS, *second = first + (int)law[RBTI_LENGTH];
+    const double bounce = rbti_bounded(rbti_tabulated(first, angle, speed), 0.0, 1.0) * v;
+    const double least = law[RBTI_RESOLUTION] * rbti_bounded(v / RBTI_GRAZING, 0.0, 1.0);
+    const double away = bounce > least ? bounce : least;
+    const double c = rbti_bounded(rbti_tabulated(second, angle, 1.0), 0.0, 1e9) * (away + v);
+    after[0] = u - c / (1.0 + 0.5 * RBTI_MOBILITY * c) * u;
+    after[1] = away;
+}
+
 /* Rebound of a sphere: all variables of its state. `spin` may be NULL. The rotational energy is over the
    kinetic energy before, works are over m V^2 / 2. No energy is gained, whatever the numbers of the
    laws. */

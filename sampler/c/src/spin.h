@@ -11,6 +11,7 @@
      1      conditions.h  rbti_fill_moments    least, most: moments of inertia of the grain
                           rbti_fill_inertia    inertia about the spin, drawn where it is not known
                           rbti_fill_contact    nominal contact, and the inputs that come from it
+                          rbti_fill_spheres    rebounds of spheres, from which some outcomes are counted
                           rbti_fill_inputs     inputs: condition of the effective speed, mirror image
      2                    rbti_find_leaves     leaf of the shape's tree
      3                    rbti_fill_features   features
@@ -34,10 +35,14 @@ typedef struct rbti_spin_draws {
     double alpha1[RBTI_BLOCK], speed[RBTI_BLOCK], spin[3 * RBTI_BLOCK], inertia[RBTI_BLOCK];
     double inputs[RBTI_IN_ROWS * RBTI_BLOCK];
     double energy[RBTI_BLOCK]; /* E, before, over m V^2 / 2 */
-    /* nominal contact: place kappa of the inertia, cosine and sine of f, share Q; kappa + delta and
-       1 - kappa + delta; d over the root of E; unit of the outcome h */
-    double kappa[RBTI_BLOCK], cosine[RBTI_BLOCK], sine[RBTI_BLOCK], share[RBTI_BLOCK];
-    double odds[2 * RBTI_BLOCK], rest[3 * RBTI_BLOCK], h_unit[RBTI_BLOCK];
+    /* nominal contact: place kappa of the inertia, cosine and sine of f; kappa + delta and
+       1 - kappa + delta; the point e from which outcomes o count; units of the outcomes o and h */
+    double kappa[RBTI_BLOCK], cosine[RBTI_BLOCK], sine[RBTI_BLOCK];
+    double odds[2 * RBTI_BLOCK], base[3 * RBTI_BLOCK], o_unit[RBTI_BLOCK], h_unit[RBTI_BLOCK];
+    /* whether outcomes p count from a sphere; its u and v after the impact, the energy W that the wall
+       takes from it, and the units of p_v and of p_u and p_w */
+    int32_t by_sphere[RBTI_BLOCK];
+    double sphere[2 * RBTI_BLOCK], taken[RBTI_BLOCK], p_unit[2 * RBTI_BLOCK];
     double sign[RBTI_BLOCK];   /* -1: the draw is of the mirror image */
     double least[RBTI_BLOCK], most[RBTI_BLOCK]; /* moments of inertia of the grain, over m a^2 */
     uint32_t words[12 * RBTI_BLOCK];

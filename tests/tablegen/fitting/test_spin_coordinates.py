@@ -31,6 +31,7 @@ from tablegen.fitting.spin_coordinates import (
     OUTCOME_SIGNS,
     Moments,
     SpeedCoordinate,
+    beside_sphere,
     choose_reflected,
     features,
     impact_inputs,
@@ -44,6 +45,7 @@ from tablegen.fitting.spin_coordinates import (
 )
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import Impacts, energy_factor, simulate_departures
+from tablegen.simulation.sphere_rebounds import sphere_laws, sphere_rebounds
 
 N = 300
 POPULATION = load_config("corundum-steel").population
@@ -259,6 +261,37 @@ def test_draws_make_the_simulated_rebounds_of_their_outcomes(code, rolls):
         assert after[0] == pytest.approx(departures.inertia[k], rel=1e-5)
 
 
+def test_ellipsoids_without_spin_count_from_spheres():
+    """Of a tabulated law; draws make the simulated rebounds, a sphere's own has outcomes of 0."""
+    config = load_config("grant-tabakoff-1975")
+    impacts, moments = random_impacts(9, code=0, spin=0.0)
+    impacts = impacts._replace(inertia=np.zeros(N))
+    after = sphere_rebounds(config, impacts)
+    contact = beside_sphere(nominal_contact(impacts, moments), impacts, after)
+    departures = simulate_departures(DirectModel(config), impacts, 3, threads=1)
+    inertia = np.where(departures.inertia > 0.0, departures.inertia, moments.largest)
+    outcomes = rebound_outcomes(departures.states, inertia, moments, contact)
+    outcomes = np.column_stack([outcomes, normal_work_outcome(departures.works)])
+    states, law = np.column_stack([departures.states, departures.works]), sphere_laws(config)
+    for k in range(25):
+        contents = with_leaves(quantiles=outcomes[k, :, None])
+        contents = replace(contents, datasets=contents.datasets | {"spin/laws": law})
+        condition = impacts.alpha1[k], impacts.speed[k], np.zeros(3), 0.0, impacts.grain[k]
+        again = reference_spin_draw(contents, *condition, np.zeros(12, dtype=np.int64))[:-1]
+        np.testing.assert_allclose(again, states[k], atol=1e-6)
+        drawn = draw_states(contents, impacts.select(slice(k, k + 1)), np.empty(1))[0]
+        drawn[2:5] *= np.sign(drawn[2] * states[k, 2])  # of either image: chance chooses the side
+        np.testing.assert_allclose(drawn, states[k], atol=2e-4)
+    u = np.cos(impacts.alpha1)
+    turning = -2.5 * (u - after[:, 0])  # of a sphere; the grain's own d stays
+    spin = 0.4 * turning / (contact.distance * inertia)
+    sphere = np.column_stack([after, np.zeros((N, 3)), spin])
+    loses = (after**2).sum(axis=1) + inertia * spin**2 < 0.9
+    outcomes = rebound_outcomes(sphere, inertia, moments, contact)[loses]
+    np.testing.assert_allclose(outcomes[:, [0, 2, 3, 4]], 0.0, atol=1e-9)
+    assert len(outcomes) > 0.5 * N
+
+
 def test_fold_is_the_reflection_in_the_impact_plane():
     impacts, moments = random_impacts()
     inputs, image = (
@@ -300,7 +333,11 @@ def test_a_motion_that_does_not_change_has_outcomes_o_of_its_share():
     states = np.hstack([velocity, impacts.spin])
     o = rebound_outcomes(states, impacts.inertia, moments, contact)[:, 3:6]
     share = np.minimum(1.0, contact.speed / np.sqrt(contact.energy))
-    size = np.linalg.norm(contact.rest, axis=1)
+    root, arm = contact.root_inertia, np.hypot(contact.root_inertia, contact.distance)
+    rest = (root * root / arm)[:, None] * impacts.spin
+    rest[:, 1] = root * impacts.spin[:, 1]
+    rest[:, 2] -= velocity[:, 0] * contact.distance / arm
+    size = np.linalg.norm(rest, axis=1) / np.sqrt(contact.energy)
     angle = np.arcsin(size) - np.arcsin((1.0 - share**2) * size)
     expected = 2.0 * np.tan(0.5 * angle) / share
     np.testing.assert_allclose(np.linalg.norm(o, axis=1), expected, rtol=1e-6, atol=1e-9)
