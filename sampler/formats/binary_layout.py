@@ -144,7 +144,7 @@ ARRAYS = (
         ("experts", "<i2", ("n_leaves", N_EXPERTS, "expert_stride"), _EXPERTS, 8),
     ),
     *_arrays_with("n_law_parameters",
-        ("laws", "<f8", ("n_law_parameters",), "laws of contact of spheres, as sphere/laws"),
+        ("laws", "<f8", ("n_law_parameters",), "laws of contact, as sphere/laws or spin/laws"),
     ),
 )  # fmt: skip
 
@@ -171,7 +171,7 @@ COUNTS = {
     "n_leaves": "leaves of their trees",
     "n_spin_knots": "knots of a quantile function of the spin law",
     "n_outcomes": "outcomes of the spin law: 7, or 8 with works; expert_stride is 352 or 416",
-    "n_law_parameters": "numbers of the laws of contact of spheres; 0: none",
+    "n_law_parameters": "numbers of the laws of contact; 0: none",
     "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
     f"{SPHERES}: a table of spheres",
 }
