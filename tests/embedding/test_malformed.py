@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import toolchain
 from known_vectors import VECTORS
-from spin_tables import with_spin_law
+from spin_tables import LAWS, with_spin_law
 from synthetic_table import make_contents
 
 from sampler.errors import CODES
@@ -20,6 +20,7 @@ from sampler.formats.image import checksum, header_of, table_image
 GOOD = {
     "nodes": table_image(make_contents()),
     "spin": table_image(with_spin_law(make_contents(), codes=(1, 64))),
+    "by sphere": table_image(with_spin_law(make_contents(), codes=(0, 1), laws=LAWS)),
     "spheres": table_image(read_table(find_table("kharaz-2001"))),
 }
 STORED = {array.name: array for array in ARRAYS}
@@ -90,13 +91,17 @@ MALFORMED = {
         *(field(f"n_{name}", n) for name in ("shapes", "nodes", "spin_knots") for n in (0, MANY)),
         *(field("n_outcomes", n) for n in (0, 6, 9)),
         *(field("n_leaves", n) for n in (0, MANY)),
-        field("n_law_parameters", 64),
+        field("n_law_parameters", 7),
     ],
-    ("spin", -25): [field("n_nodes", 2**20), field("n_outcomes", 8)],
+    ("spin", -25): [field("n_nodes", 2**20), field("n_outcomes", 8), field("n_law_parameters", 64)],
     ("spin", -26): [
         *(number("roots", 1, n) for n in (-1, 8)),
         *(number("node_axis", 7, n) for n in (-1, 10)),
         *(number("node_child", at, n) for at, n in ((2, 1), (3, 0), (15, 8), (0, -11), (14, -11))),
+    ],
+    # of laws beside a spin law both are tables
+    ("by sphere", -26): [
+        *(number("laws", at, x) for at, x in ((1, 2.0), (4, 1.0), (7, 12.0), (8, 0.5))),
     ],
     ("spheres", -23): [
         field("n_shapes", 0),

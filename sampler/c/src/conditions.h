@@ -250,8 +250,8 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_spheres(size_t m, const rbt_table *table, 
         rbti_cosine_and_sine(angle[r], &u, &v);
         rbti_tabulated_sphere(table->laws, angle[r], speed[r], u, v, after);
         const double ratio = d->inputs[RBTI_IN_B_A * m + r] * d->inputs[RBTI_IN_C_B * m + r];
-        const double far = 2.0 * (1.0 - ratio) + RBTI_ROUND_CORE;
-        const double out_of_round = far < 1.0 ? far : 1.0;
+        const double shape = 2.0 * (1.0 - ratio) + RBTI_ROUND_CORE;
+        const double out_of_round = shape < 1.0 ? shape : 1.0;
         const double slower = u - after[0], normal = v + after[1], shear = 2.0 * slower;
         const double squares = after[0] * after[0] + after[1] * after[1];
         const double taken = (v - after[1]) * normal + slower * (2.0 * u - RBTI_MOBILITY * slower);
