@@ -6,9 +6,12 @@ from numpy.typing import NDArray
 from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import Config
 from tablegen.config.pairs import TabulatedResistance, TabulatedRestitution
+from tablegen.config.population import Population, ShapeWeights
 from tablegen.model.float_array import FloatArray
-from tablegen.simulation.direct_law import DirectLaw
+from tablegen.simulation.direct_law import DirectLaw, DirectParts
 from tablegen.simulation.impact_chains import Impacts, simulate_departures
+
+_SPHERES = Population(shapes=ShapeWeights(sphere=1.0))
 
 
 def sphere_laws(config: Config) -> NDArray[np.float64]:
@@ -36,11 +39,7 @@ def counts_from_spheres(config: Config, shape_code: int) -> bool:
 
 def sphere_rebounds(config: Config, impacts: Impacts) -> FloatArray:
     """Compute the velocities u and v over V of spheres after impacts without spin, (n, 2)."""
-    shapes = {name: float(name == "sphere") for name in SHAPE_CODES}
-    law = DirectLaw.from_config(
-        config.with_changes({"population": {"shapes": shapes, "meshes": []}})
-    )
-    count = len(impacts.index)
+    law, count = DirectLaw(DirectParts.from_config(config, _SPHERES)), len(impacts.index)
     spheres = impacts._replace(
         spin=np.zeros((count, 3)),
         inertia=np.zeros(count),

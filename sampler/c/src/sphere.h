@@ -63,6 +63,13 @@ RBTI_INLINE RBT_DEVICE double rbti_restitution(const double *law, double speed, 
     return rbti_bounded(e, 0.0, 1.0);
 }
 
+/* Normal velocity after an impact that would leave the velocity `bounce`, of the one before it. */
+RBTI_INLINE RBT_DEVICE double rbti_velocity_away(const double *law, double bounce, double before)
+{
+    const double least = law[RBTI_RESOLUTION] * rbti_bounded(before / RBTI_GRAZING, 0.0, 1.0);
+    return bounce > least ? bounce : least;
+}
+
 /* Tangential impulse over minus the tangential contact velocity, whose size is `slide`. `normal` is the
    normal impulse; `size` is the size of the contact velocity and `sine` the sine of its angle; `ahead` is
    the sine of the impact angle. */
@@ -92,8 +99,7 @@ RBTI_INLINE RBT_DEVICE void rbti_tabulated_sphere(const double *law, double angl
 {
     const double *first = law + RBTI_NUMBERS, *second = first + (int)law[RBTI_LENGTH];
     const double bounce = rbti_bounded(rbti_tabulated(first, angle, speed), 0.0, 1.0) * v;
-    const double least = law[RBTI_RESOLUTION] * rbti_bounded(v / RBTI_GRAZING, 0.0, 1.0);
-    const double away = bounce > least ? bounce : least;
+    const double away = rbti_velocity_away(law, bounce, v);
     const double c = rbti_bounded(rbti_tabulated(second, angle, 1.0), 0.0, 1e9) * (away + v);
     after[0] = u - c / (1.0 + 0.5 * RBTI_MOBILITY * c) * u;
     after[1] = away;
@@ -111,8 +117,7 @@ RBTI_INLINE RBT_DEVICE void rbti_rebound_sphere(const rbt_table *table, double a
     const double u = cos(angle), v = sin(angle), slide = sqrt((u + z) * (u + z) + x * x);
     const double size = sqrt(slide * slide + v * v), sine = v < size ? v / size : 1.0;
     const double bounce = rbti_restitution(law, speed * size, sine) * v;
-    const double least = law[RBTI_RESOLUTION] * rbti_bounded(v / RBTI_GRAZING, 0.0, 1.0);
-    const double away = bounce > least ? bounce : least;
+    const double away = rbti_velocity_away(law, bounce, v);
     const double pull = rbti_tangential_impulse(table, away + v, slide, size, sine, v);
     const double turn_x = x - pull / j * x, turn_z = z - pull / j * (u + z);
     const double energy = 1.0 + j * (x * x + y * y + z * z);
