@@ -1,4 +1,4 @@
-"""Rebounds of spheres, from which the spin law counts those of ellipsoids without spin."""
+"""Rebounds of spheres, from which those of ellipsoids differ by what a spin law states."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from tablegen.model.float_array import FloatArray
 from tablegen.simulation.direct_law import DirectLaw, DirectParts
 from tablegen.simulation.impact_chains import Impacts, simulate_departures
 
+#: Particles that are all spheres.
 _SPHERES = Population(shapes=ShapeWeights(sphere=1.0))
 
 
@@ -24,11 +25,11 @@ def sphere_laws(config: Config) -> NDArray[np.float64]:
 
 
 def counts_from_spheres(config: Config, shape_code: int) -> bool:
-    """Tell whether rebounds of a shape without spin are counted from those of spheres.
+    """Tell whether outcomes of a shape without spin are differences from a sphere's rebound.
 
-    Ellipsoids are, under laws that are tables. Such laws have kinks, which a sphere has too, and
-    which experts cannot follow. Under the other laws the rebounds of ellipsoids are better by
-    themselves, and so are those of shapes with corners under all laws
+    Those of ellipsoids are, if the laws are tables. Tables have kinks, which a sphere's rebound has
+    too, and which experts cannot follow. Ellipsoids under other laws, and shapes with corners under
+    all laws, are fitted better by themselves
     (tablegen/fitting/EXPERIMENTS.md, "Nearly round grains").
     """
     tables = isinstance(config.pair.restitution, TabulatedRestitution) and isinstance(
