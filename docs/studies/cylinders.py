@@ -22,7 +22,7 @@ STEP, CELL = 2e-4, 5e-4  # of path, m; of the density, m
 HOP = 0.01  # height of the lowest hop that is followed, in diameters
 CELLS = round(PITCH / CELL), round((COLUMNS * PITCH - AHEAD) / CELL)  # across, along the stream
 BACK, PASSED, STAYED = -1, -2, -3  # fates, in place of the number of a column
-ENERGY = "energy of those thrown back, J/kg"
+ENERGY = "energy of grains thrown back, J/kg"
 #: Of grains: diameter, fate, hits, energy [J/kg] and spin at the end, seconds ahead of cylinders
 #: after a hit. Of hits: column, speed, angle [degrees]. Seconds that bounced grains were in each
 #: cell. Share of the law of the wall in the CPU time.
