@@ -1,8 +1,8 @@
 """Command line of the runtime: ``draw``, ``export``, ``list``, ``vendor``; ``--include-dir``.
 
 Exit status: 0 done, 2 bad input, 3 any other failure, 130 interrupted, 141 standard output has no
-reader. Bad input gives one line on standard error and leaves no output. A command imports in its
-function what does its work.
+reader. Bad input gives one line on standard error and leaves no output. Each command imports
+its work inside its function, so that the program starts at once.
 """
 
 import math

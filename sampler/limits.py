@@ -1,4 +1,4 @@
-"""A number within bounds, else one line: the one way to say it in arguments, flags and files."""
+"""Check that a number is within bounds, in arguments, flags and files alike."""
 
 import math
 import sys

@@ -1,4 +1,4 @@
-"""What a table does with the codes of rows: it refuses rows, or counts them and warns."""
+"""Act on the codes of rows: refuse rows, or count flags and warn."""
 
 import math
 import threading

@@ -1,4 +1,4 @@
-"""A loaded table: checked input in, rebound states out."""
+"""A loaded table, which checks its arguments and draws states and rebounds."""
 
 import copy
 import os

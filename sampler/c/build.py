@@ -2,13 +2,16 @@
 
     python sampler/c/build.py
 
-`rebound_sampler.h` is the sections of `src/` one behind another: what users of C take is one file,
-what people read is many; `library.c` adds what Python alone needs. The compiler is that of the
-variable CC, else gcc, clang or cc, else the one of the ``ziglang`` wheel; flags of the variable
-CFLAGS come last. No Python headers are needed. The hot loops are compiled for several levels of
-x86-64 where the compiler can do that, and the one for the processor is taken; bits do not depend
-on it. The zig compiler brings sines, logarithms and the like
-of its own, which move last digits of rebounds from rough walls and of exactly normal impacts.
+`rebound_sampler.h` has all sections of `src/`, one after another, so that a program in C includes
+one file. `library.c` adds what Python alone needs.
+
+The compiler is that of the variable CC. If CC is not set, it is gcc, clang or cc, and if none of
+these is installed, that of the ``ziglang`` wheel. Flags of the variable CFLAGS come last. No Python
+headers are needed.
+
+If the compiler can do it, the hot loops are compiled for several levels of x86-64. The processor
+chooses one of them at run time, and all give the same bits. The zig compiler has its own sines and
+logarithms, so the last digits of rebounds from rough walls and of exactly normal impacts differ.
 """
 
 import os

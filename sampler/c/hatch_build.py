@@ -1,4 +1,4 @@
-"""Build hook: a wheel carries the draw, compiled and as a header, and serves every Python."""
+"""Build hook: put the compiled library and the C header into a wheel that serves every Python."""
 
 import sys
 import sysconfig

@@ -1,1 +1,1 @@
-"""Draws on a GPU, through CuPy: nothing here is imported before `Table.to_device` is called."""
+"""Draws on a GPU, through CuPy. `Table.to_device` imports this package when it is called."""

@@ -1,8 +1,8 @@
 """Bounds on table values, and numbers that a table, its readers and the draw share.
 
 Within these bounds every draw is finite and physical, and every table fits into a binary table.
-They lie far beyond what a table can mean. Values are checked where a table file is read or made, by
-`sampler.formats.layout`; the reader in C checks what a draw takes as an index.
+They are far wider than the values of any real table. `sampler.formats.layout` checks values when a
+table file is read or made, and the reader in C checks those that a draw takes as an index.
 """
 
 import re

@@ -1,12 +1,14 @@
 """Variables of a state, and channels: the numbers in which a table describes one rebound.
 
-A table does not hold u, v, w themselves but shares of the energy that is still to be given out
-("stick-breaking"), so that no draw leaves the wall with more than it brought, whatever a fit or an
-interpolation did to the channels: tables/FORMAT.md has the formulae. The order of the channels puts
-those of a plane flow (v, u, omega_z) first, then the three that change sign under reflection in the
-impact plane. The work of the normal impulses is given out after v and before u, with which it goes
-together most closely; at grazing incidence it falls with the square or the cube of the angle, so
-its sixth root is nearly linear between nodes.
+A table does not store u, v and w. It shares out the energy before the impact among the variables,
+one after another ("stick-breaking"), and stores the share that each takes of what is left. So no
+draw has more energy than the particle brought, whatever a fit or an interpolation does to the
+channels. tables/FORMAT.md has the formulae.
+
+The channels of a plane flow (v, u, omega_z) come first, then the three that change sign under
+reflection in the impact plane. The work of the normal impulses comes after v and before u, because
+it depends most on these two. At grazing incidence it falls with the square or the cube of the
+angle, so its sixth root is stored, which is nearly linear between nodes.
 """
 
 from collections.abc import Iterable

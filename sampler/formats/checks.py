@@ -1,7 +1,8 @@
-"""Checks of the values in a table, each a small function that the schema names.
+"""Checks of the values in a table: small functions that `sampler.formats.layout` names.
 
-A check takes the values of one dataset and all datasets by path. It returns None if it holds,
-else the error: the value, where it stands, and what is allowed; the caller adds the dataset.
+A check takes the values of one dataset, and all datasets by path. It returns None if the values are
+right. Otherwise it returns the error: the wrong value, its place, and what is allowed. The caller
+adds the name of the dataset.
 """
 
 from collections.abc import Callable, Mapping

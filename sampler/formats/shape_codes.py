@@ -1,4 +1,4 @@
-"""The shapes of particles by name; nothing is imported here, for help pages list them."""
+"""The shapes of particles by name. Help pages list them, so this module imports nothing."""
 
 #: Shapes that a population may hold by name, in the order of their codes. Files keep their
 #: meaning: a new shape goes to the end, and none changes its place.

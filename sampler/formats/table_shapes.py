@@ -1,4 +1,4 @@
-"""Shapes of the datasets of a table: they fit together, and the table fits into the draw."""
+"""Check that the shapes of the datasets of a table fit together, and suit the draw."""
 
 from collections.abc import Mapping
 

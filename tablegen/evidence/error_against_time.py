@@ -1,8 +1,8 @@
 """Methods of sampling rebound states, timed and compared with direct states at one condition.
 
-A method gives several independent batches. Each is compared with the same large direct reference;
-the error is the mean over the batches, and a bootstrap over them gives its confidence interval.
-Direct batches, compared in the same way, are the noise floor: no method can be seen to be better.
+A method gives several independent batches. Each is compared with the same large sample of direct
+simulation. The error is the mean over the batches, and a bootstrap over them gives its confidence
+interval. Batches of direct simulation, compared in the same way, show how much chance alone gives.
 """
 
 import math

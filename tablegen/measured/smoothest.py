@@ -1,8 +1,8 @@
 """The smoothest laws that give measured means: bounded least squares with a penalty on roughness.
 
-Gauss and Newton with common random numbers. The weight of the penalty falls until every mean is
-held, and stops there (discrepancy principle). Source: P. C. Hansen, Rank-Deficient and Discrete
-Ill-Posed Problems (1998), ch. 7.
+The method is that of Gauss and Newton, with common random numbers. The weight of the penalty falls
+until every mean is within its tolerance, and stops there (discrepancy principle). Source: P. C.
+Hansen, Rank-Deficient and Discrete Ill-Posed Problems (1998), ch. 7.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Rebounds of spheres, from which those of ellipsoids differ by what a spin law states."""
+"""Rebounds of spheres. A spin law states how those of ellipsoids differ from them."""
 
 import numpy as np
 from numpy.typing import NDArray
