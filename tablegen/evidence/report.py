@@ -14,7 +14,7 @@ import sampler
 from sampler.files import find_table
 from sampler.library import processors
 from sampler.table import Table
-from tablegen.accuracy.chains import Wall, chain_comparisons, first_arrivals, follow_grains
+from tablegen.accuracy.chains import chain_comparisons
 from tablegen.accuracy.judgement import Judged, judge
 from tablegen.config.config import Config, stored_config
 from tablegen.config.metric_table import CHAINS, METRICS
@@ -38,6 +38,7 @@ from tablegen.presentation import (
     new_figure,
     set_log_ticks,
 )
+from tablegen.simulation.billiard import Wall, first_arrivals, follow_grains
 from tablegen.simulation.direct import silent_model
 
 #: Angle [rad] and speed [m/s] at which chains begin whose rebounds are timed, and the hit timed.

@@ -14,19 +14,22 @@ from numpy.typing import NDArray
 
 from sampler.arguments import Rebound
 from sampler.errors import InputError
-from tablegen.accuracy.chains import (
+from tablegen.config.config import Config
+from tablegen.evidence.checked import Checked
+from tablegen.model.float_array import FloatArray
+from tablegen.progress import bar
+from tablegen.simulation.billiard import (
     GEOMETRIES,
     GEOMETRY_WORDS,
     HALF_SIZE,
+    SINE_ROW,
+    SPEED_ROW,
+    SPIN_ROW,
     Arrivals,
     first_arrivals,
     follow_grains,
     kinds_of_grains,
 )
-from tablegen.config.config import Config
-from tablegen.evidence.checked import Checked
-from tablegen.model.float_array import FloatArray
-from tablegen.progress import bar
 from tablegen.simulation.direct import DirectModel, silent_model
 from tablegen.simulation.impact_chains import ANY_ANGLES
 
@@ -114,9 +117,9 @@ def outcome_of(
         least_velocity=wall.least_velocity if known else None,
         angle_deg=()
         if left is None
-        else tuple(np.degrees(np.arcsin(np.median(left[1], axis=1))).tolist()),
-        energy=None if left is None else float((left[0, -_LAST:] ** 2).mean()),
-        spin=None if left is None else float(np.sqrt((left[2, -_LAST:] ** 2).mean())),
+        else tuple(np.degrees(np.arcsin(np.median(left[SINE_ROW], axis=1))).tolist()),
+        energy=None if left is None else float((left[SPEED_ROW, -_LAST:] ** 2).mean()),
+        spin=None if left is None else float(np.sqrt((left[SPIN_ROW, -_LAST:] ** 2).mean())),
     )
 
 

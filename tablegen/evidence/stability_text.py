@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from tablegen.accuracy.chains import GEOMETRY_WORDS
 from tablegen.evidence.stability import Study
 from tablegen.evidence.stability_cases import CaseOutcome
 from tablegen.evidence.stability_chains import ChainOutcome
@@ -20,6 +19,7 @@ from tablegen.presentation import (
     new_figure,
     set_log_ticks,
 )
+from tablegen.simulation.billiard import GEOMETRY_WORDS
 
 #: Quantities whose worst is shown: words, attribute of `CaseOutcome`, and which is worst.
 _QUANTITIES: tuple[tuple[str, str, Callable[..., Any]], ...] = (

@@ -93,8 +93,7 @@ def next_impacts(
     """
     velocity = departures.states[:, :3]
     direction = velocity / np.linalg.norm(velocity, axis=1)[:, None]
-    low, high = ANY_ANGLES
-    elsewhere = normals_at(direction, low + (high - low) * uniform[:, 0], uniform[:, 1])
+    elsewhere = normals_of_any_walls(direction, *uniform.T)
     normal = np.where(any_wall[:, None], elsewhere, [0.0, 1.0, 0.0])
     direction = np.where(any_wall[:, None], direction, direction * [1.0, -1.0, 1.0])
     return _arrive(departures, direction, normal)
@@ -116,9 +115,13 @@ def _arrive(departures: Departures, direction: FloatArray, normal: FloatArray) -
     )
 
 
-def normals_at(direction: FloatArray, alpha1: FloatArray, plane: FloatArray) -> FloatArray:
-    """Find normals (n, 3) of walls that particles meet at some angles [rad], in random planes."""
-    first = _perpendicular(direction)
+def normals_of_any_walls(direction: FloatArray, angle: FloatArray, plane: FloatArray) -> FloatArray:
+    """Find normals (n, 3) of walls of any direction that particles meet.
+
+    Angle and plane of each impact follow from two random numbers (n,) from 0 to 1.
+    """
+    low, high = ANY_ANGLES
+    alpha1, first = low + (high - low) * angle, _perpendicular(direction)
     azimuth = 2.0 * np.pi * plane[:, None]
     side = np.cos(azimuth) * first + np.sin(azimuth) * np.cross(direction, first)
     return np.cos(alpha1)[:, None] * side - np.sin(alpha1)[:, None] * direction
