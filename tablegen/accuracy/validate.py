@@ -219,15 +219,16 @@ def validate_contents(
     ``name`` is the name of the table in the result. `tablegen.tables.generate.generate` calls this
     function too, so that both judge in the same way.
     """
-    table = Table(contents)
     asked = asked_accuracy(config.accuracy, accuracy)
     asked_spin = asked_accuracy(config.spin_targets, accuracy)
+    stored = worst_stored(contents.datasets)
+    stored_spin = worst_stored(contents.datasets, "spin_accuracy")
+    table = Table(contents)
     places, own = pick_conditions(table, conditions, seed), list[ComparedCondition]()
     if at is not None:
         places = check_conditions(table, [ComparedCondition(*place) for place in at])
     elif table.has_spin:
         own = pick_own_conditions(table, conditions, seed)
-    stored = worst_stored(contents.datasets, "spin_accuracy")
     return Validation(
         table=name,
         content_sha256=contents.content_sha256,
@@ -235,7 +236,7 @@ def validate_contents(
         config=config,
         asked=asked,
         asked_spin=asked_spin,
-        stored=worst_stored(contents.datasets) | {SPIN + k: x for k, x in stored.items()},
+        stored=stored | {SPIN + name: value for name, value in stored_spin.items()},
         comparisons=measure(
             table,
             config,

@@ -9,9 +9,7 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-import numpy as np
 import tomli_w
-from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from sampler.errors import InputError
@@ -252,10 +250,6 @@ class Config(Record):
         first, last = self.domain.speed
         depends = self.pair.restitution.depends_on_speed
         return min(first, (_SLOWED_BY_TWO if depends else _SLOWED_BY_SIX) * last), last
-
-    def speed_coordinate(self, speed: ArrayLike) -> NDArray[np.float64]:
-        """Compute the abscissa for interpolation in speed, which the law of restitution defines."""
-        return self.pair.restitution.coordinate(speed)
 
     def with_changes(self, changes: Tree) -> "Config":
         """Return a configuration with some fields changed, by the rules of a scene.

@@ -34,3 +34,12 @@ def inertia_coefficients(population: Population, shape_code: int) -> tuple[float
     b, c = particle.ordered_sizes()
     least, _, largest = particle.moments.tolist()
     return largest / (1.0 + b * b), least / (b * b + c * c)
+
+
+def least_inertia(population: Population) -> float:
+    """Find the smallest moment of inertia that a grain of a population may have, over m a^2."""
+    moments = []
+    for code in population.shape_codes:
+        (b, _), (c, _) = ratio_range(population, code)
+        moments.append(inertia_coefficients(population, code)[1] * b * b * (1.0 + c * c))
+    return float(min(moments))

@@ -119,15 +119,6 @@ def grain_moments(population: Population, shape_code: int, ratios: FloatArray) -
     return Moments(first * (1.0 + beta), third * beta * (1.0 + gamma))
 
 
-def least_inertia(population: Population) -> float:
-    """Find the smallest moment of inertia that a grain of a population may have, over m a^2."""
-    moments = []
-    for code in population.shape_codes:
-        (b, _), (c, _) = ratio_range(population, code)
-        moments.append(inertia_coefficients(population, code)[1] * b * b * (1.0 + c * c))
-    return float(min(moments))
-
-
 def draw_ratios(
     population: Population, shape_code: int, count: int, rng: np.random.Generator
 ) -> FloatArray:

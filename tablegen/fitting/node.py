@@ -84,9 +84,9 @@ class _PackedMixture(NamedTuple):
     cholesky: NDArray[np.int16]
 
 
-def fitted_channels(config: Config) -> FittedChannels:
-    """List the channels that the variables of a configuration need."""
-    names = channels_for(config.domain.columns)
+def fitted_channels(variables: tuple[str, ...]) -> FittedChannels:
+    """List the channels that variables need."""
+    names = channels_for(variables)
     signs = np.array([-1.0 if name in MIRRORED else 1.0 for name in names])
     return FittedChannels(names, signs)
 
@@ -156,7 +156,8 @@ def fit_node(
     size = size or resolution(config)
     alpha1 = np.radians(min(alpha_deg, STEEPEST_DEG))
     simulation = simulate(config, alpha1, speed, size.samples, seed=seed, stream=stream, threads=1)
-    rng, fitted = np.random.Generator(np.random.Philox(key=[seed, stream])), fitted_channels(config)
+    rng = np.random.Generator(np.random.Philox(key=[seed, stream]))
+    fitted = fitted_channels(config.domain.columns)
     channels = simulated_channels(simulation, fitted.names, rng)
     # one BLAS thread: nodes are fitted in parallel, and sums keep their order
     with threadpool_limits(limits=1, user_api="blas"):

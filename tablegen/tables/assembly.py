@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 import sampler
 from sampler.errors import InputError
 from sampler.files import check_output, find_table
+from sampler.formats.channels import channels_for
 from sampler.formats.hdf5 import TableContents, read_table, write_table
 from sampler.formats.layout import DATASETS
 from tablegen.accuracy.comparison import ConditionDistances
 from tablegen.accuracy.measure import spin_accuracy_datasets
 from tablegen.accuracy.validate import Validation
 from tablegen.config.config import Config
-from tablegen.fitting.law_conditions import least_inertia
+from tablegen.config.grain_ranges import least_inertia
 from tablegen.fitting.marginals import round_quantiles, variate_knots
-from tablegen.fitting.node import NodeArrays, fitted_channels
+from tablegen.fitting.node import NodeArrays
 from tablegen.tables.axes import Axes
 
 
@@ -95,12 +96,10 @@ def assemble(
         **accuracy_datasets([], len(config.domain.columns)),
         **({**spin_law, **spin_accuracy_datasets()} if spin_law else {}),
     }
-    return table_contents(config, datasets, fitted_channels(config).names)
+    return table_contents(config, datasets)
 
 
-def table_contents(
-    config: Config, datasets: Mapping[str, NDArray[Any]], channels: tuple[str, ...]
-) -> TableContents:
+def table_contents(config: Config, datasets: Mapping[str, NDArray[Any]]) -> TableContents:
     """Add the attributes that follow from a configuration to the datasets of a table."""
     return TableContents(
         datasets=datasets,
@@ -109,7 +108,7 @@ def table_contents(
         seed=config.table.seed,
         software_version=sampler.__version__,
         variables=config.domain.columns,
-        channels=channels,
+        channels=channels_for(config.domain.columns),
         speed_independent=not config.pair.restitution.depends_on_speed,
         valid_speed=config.pair.restitution.valid_speed,
         least_inertia=least_inertia(config.population),

@@ -18,7 +18,8 @@ from itertools import pairwise
 import numpy as np
 
 from sampler.errors import InputError
-from tablegen.config.config import Config
+from tablegen.config.config import Config, TableSettings
+from tablegen.config.pairs import MaterialPair
 from tablegen.model.float_array import FloatArray
 from tablegen.tables.angle_path import path_index
 from tablegen.tables.intervals import Grid, Middle, Place
@@ -88,61 +89,59 @@ def _rounded(value: float, step: float) -> float:
     return round(value, 3 - int(np.floor(np.log10(step))))
 
 
-def _speed_axis(config: Config, first: float, last: float) -> Abscissa:
-    """Return the abscissa of the speed; refuse a domain whose ends it cannot distinguish."""
-    ends = config.speed_coordinate(np.array([first, last]))
-    if not (np.all(ends != 0.0) and (first == last or ends[0] != ends[1])):
+def first_grid(config: Config) -> Grid:
+    """Make the grid that a configuration names, or else a coarse one.
+
+    If no law depends on the speed, the coarse grid has one speed.
+    """
+    domain, table, pair = config.domain, config.table, config.pair
+    alpha, speed = np.array(table.alpha_nodes_deg or ()), np.array(table.speed_nodes or ())
+    if alpha.size == 0:
+        alpha = _first_angles(pair, domain.alpha_deg)
+    if speed.size == 0 and not pair.restitution.depends_on_speed:
+        speed = np.array(domain.speed[1:])
+    elif speed.size == 0:
+        speed = _first_speeds(pair, domain.speed)
+    return Grid(tuple(map(float, alpha)), tuple(map(float, speed)))
+
+
+def _first_angles(pair: MaterialPair, ends: tuple[float, float]) -> FloatArray:
+    """Place angles at equal steps between the ends and the angles at which a tabulated law bends.
+
+    A particle that does not spin meets the wall at the angle of its impact.
+    """
+    parts = [_equal_steps(np.sqrt, a, b, _ANGLE_STEP) for a, b in _pieces(pair, "angle_deg", ends)]
+    return np.unique(np.concatenate([*parts, ends[:1]]))
+
+
+def _first_speeds(pair: MaterialPair, ends: tuple[float, float]) -> FloatArray:
+    """Place speeds at equal steps between the ends and the speeds at which a tabulated law bends.
+
+    The first contact of a particle that does not spin has the speed of its impact. A range whose
+    ends the abscissa cannot distinguish is refused.
+    """
+    axis, (first, last) = pair.restitution.coordinate, ends
+    whole = axis(np.array(ends))
+    if not (np.all(whole != 0.0) and (first == last or whole[0] != whole[1])):
         raise InputError(
             "domain.speed",
             f"[{first:g}, {last:g}]",
             problem="where the restitution hardly depends on the speed any more",
             remedy="lower the upper end, or give table.speed_nodes",
         )
-    return config.speed_coordinate
-
-
-def first_grid(config: Config) -> Grid:
-    """Make the grid that a configuration names, or else a coarse one.
-
-    If no law depends on the speed, the coarse grid has one speed.
-    """
-    domain, table = config.domain, config.table
-    alpha, speed = np.array(table.alpha_nodes_deg or ()), np.array(table.speed_nodes or ())
-    if alpha.size == 0:
-        alpha = _first_angles(config)
-    if speed.size == 0 and not config.pair.restitution.depends_on_speed:
-        speed = np.array(domain.speed[1:])
-    elif speed.size == 0:
-        speed = _first_speeds(config)
-    return Grid(tuple(map(float, alpha)), tuple(map(float, speed)))
-
-
-def _first_angles(config: Config) -> FloatArray:
-    """Place angles at equal steps between the ends and the angles at which a tabulated law bends.
-
-    A particle that does not spin meets the wall at the angle of its impact.
-    """
-    pieces = _pieces(config, "angle_deg", config.domain.alpha_deg)
-    parts = [_equal_steps(np.sqrt, a, b, _ANGLE_STEP) for a, b in pieces]
-    return np.unique(np.concatenate([*parts, [config.domain.alpha_deg[0]]]))
-
-
-def _first_speeds(config: Config) -> FloatArray:
-    """Place speeds at equal steps between the ends and the speeds at which a tabulated law bends.
-
-    The first contact of a particle that does not spin has the speed of its impact.
-    """
-    axis, parts = _speed_axis(config, *config.domain.speed), [np.array(config.domain.speed[:1])]
-    for low, high in _pieces(config, "speed", config.domain.speed):
-        ends = axis(np.array([low, high]))
-        count = max(np.ceil(abs(np.log(ends[1] / ends[0])) / _SPEED_STEP), 1.0)
-        parts.append(_equal_steps(axis, low, high, abs(ends[1] - ends[0]) / (count - 1e-9)))
+    parts = [np.array(ends[:1])]
+    for low, high in _pieces(pair, "speed", ends):
+        low_value, high_value = axis(np.array([low, high]))
+        count = max(np.ceil(abs(np.log(high_value / low_value)) / _SPEED_STEP), 1.0)
+        parts.append(_equal_steps(axis, low, high, abs(high_value - low_value) / (count - 1e-9)))
     return np.unique(np.concatenate(parts))
 
 
-def _pieces(config: Config, field: str, ends: tuple[float, float]) -> Iterator[tuple[float, float]]:
+def _pieces(
+    pair: MaterialPair, field: str, ends: tuple[float, float]
+) -> Iterator[tuple[float, float]]:
     """Split a range at the nodes of the tabulated laws of a pair."""
-    laws, (first, last) = (config.pair.restitution, config.pair.resistance), ends
+    laws, (first, last) = (pair.restitution, pair.resistance), ends
     bends = {node for law in laws for node in getattr(law, field, None) or ()}
     pieces, apart = [first], _LEAST_DISTANCE * (last - first)
     for node in sorted(bends):
@@ -151,9 +150,9 @@ def _pieces(config: Config, field: str, ends: tuple[float, float]) -> Iterator[t
     return pairwise([*pieces, last] if first < last else [first])
 
 
-def most_nodes(config: Config, grid: Grid) -> tuple[int, int]:
+def most_nodes(table: TableSettings, grid: Grid) -> tuple[int, int]:
     """Find the largest numbers of angles and of speeds to which a first grid may be refined."""
-    fixed = config.table.alpha_nodes_deg is not None, config.table.speed_nodes is not None
+    fixed = table.alpha_nodes_deg is not None, table.speed_nodes is not None
     shares = _NEW_NODES if len(grid.speed) > 1 else _NEW_NODES_OF_ONE_SPEED
     sizes = zip(map(len, grid), fixed, shares, strict=True)
     a, v = (n if named else n + share * (n - 1) for n, named, share in sizes)
@@ -168,7 +167,7 @@ def middles(config: Config) -> tuple[Middle, Middle]:
     domain, table = config.domain, config.table
     return (
         _middle(np.sqrt, domain.alpha_deg, table.alpha_nodes_deg is not None),
-        _middle(config.speed_coordinate, domain.speed, table.speed_nodes is not None),
+        _middle(config.pair.restitution.coordinate, domain.speed, table.speed_nodes is not None),
     )
 
 
@@ -217,7 +216,7 @@ def middle_condition(config: Config, place: Place) -> tuple[float, float]:
     alpha, speed = place
     return (
         alpha[0] if len(alpha) == 1 else _halfway(np.sqrt, *alpha),
-        speed[0] if len(speed) == 1 else _halfway(config.speed_coordinate, *speed),
+        speed[0] if len(speed) == 1 else _halfway(config.pair.restitution.coordinate, *speed),
     )
 
 
@@ -230,10 +229,11 @@ def make_axes(config: Config, grid: Grid | None = None) -> Axes:
     """Make the axes of a grid, by default that of `first_grid`; refuses nodes too close."""
     alpha, speed = (np.array(nodes) for nodes in grid or first_grid(config))
     path, numbers = path_index(config, alpha), np.arange(len(speed), dtype=np.float64)
+    axis = config.pair.restitution.coordinate
 
     def speed_index(values: FloatArray) -> FloatArray:
         # the abscissa falls
-        return np.interp(-config.speed_coordinate(values), -config.speed_coordinate(speed), numbers)
+        return np.interp(-axis(values), -axis(speed), numbers)
 
     return Axes(
         alpha_deg=alpha,

@@ -43,13 +43,15 @@ def make_plan(config: Config) -> Plan:
 
     Raises `InputError` if no grid can cover the range of the configuration.
     """
-    grid, spin = first_grid(config), spin_sizes(config) if config.spin else {}
+    grid = first_grid(config)
+    most = most_nodes(config.table, grid)
     named = config.table.components
-    sizes = tuple(resolution(config, k) for k in ([named] if named else _ladder(config)))
-    return Plan(config, grid, most_nodes(config, grid), sizes, spin)
+    components = [named] if named else _ladder(config.accuracy.auc)
+    sizes = tuple(resolution(config, k) for k in components)
+    return Plan(config, grid, most, sizes, spin_sizes(config) if config.spin else {})
 
 
-def _ladder(config: Config) -> list[int]:
+def _ladder(auc: float) -> list[int]:
     """List numbers of components to choose from, up to the first that may reach the allowed AUC."""
-    needed = _COMPONENTS_BY_AUC / max(config.accuracy.auc - 0.5, 0.002)
+    needed = _COMPONENTS_BY_AUC / max(auc - 0.5, 0.002)
     return list(LADDER[: 1 + sum(components < 0.98 * needed for components in LADDER[:-1])])

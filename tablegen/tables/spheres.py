@@ -7,7 +7,6 @@ contact, a draw evaluates the formula, and draws are exact.
 import numpy as np
 
 from sampler.errors import InputError
-from sampler.formats.channels import channels_for
 from sampler.formats.hdf5 import TableContents
 from sampler.formats.shape_codes import SHAPE_CODES
 from sampler.formats.shape_geometry import geometry_of_shape
@@ -37,7 +36,6 @@ def sphere_contents(config: Config) -> TableContents:
     if resolution > GRAZING:
         allowed = f"at most {GRAZING:g} for a table of spheres"
         raise InputError("model.contact_resolution", f"{resolution:g}", allowed)
-    columns = config.domain.columns
     datasets = {
         "axes/alpha_deg": np.unique(np.array(config.domain.alpha_deg)),
         "axes/speed": np.unique(np.array(config.domain.speed)),
@@ -47,9 +45,9 @@ def sphere_contents(config: Config) -> TableContents:
         "spin/shape_geometry": np.array([geometry_of_shape(SHAPE_CODES["sphere"])]),
         "spin/aspect": np.array([(1.0, 0.0, 0.0, 1.0)] * 2),
         "sphere/laws": sphere_laws(config),
-        **accuracy_datasets([], len(columns)),
+        **accuracy_datasets([], len(config.domain.columns)),
     }
-    return table_contents(config, datasets, channels_for(columns))
+    return table_contents(config, datasets)
 
 
 def largest_difference(contents: TableContents, seed: int | None) -> float:

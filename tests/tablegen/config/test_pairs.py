@@ -114,7 +114,7 @@ class TestSpeed:
         assert config.pair.restitution.depends_on_speed is depends
         slow, fast = (simulate(config, 0.7, speed, 50, seed=1).state for speed in (60.0, 300.0))
         assert np.allclose(slow, fast, rtol=1e-6, atol=1e-9) is not depends
-        abscissa = config.speed_coordinate(np.geomspace(1.0, 1e4, 2000))
+        abscissa = config.pair.restitution.coordinate(np.geomspace(1.0, 1e4, 2000))
         assert (np.diff(abscissa) < 0.0).all()
         axes = make_axes(config)
         assert (axes.speed[0], axes.speed[-1]) == (5.0 if depends else 300.0, 300.0)
@@ -143,7 +143,7 @@ class TestSpeed:
         config = with_laws(RESTITUTION[law])
         arguments = config.pair.kernel_arguments()
         truth = np.array([restitution(arguments, v, 1.0) for v in speed])
-        abscissa = config.speed_coordinate(speed)
+        abscissa = config.pair.restitution.coordinate(speed)
         np.testing.assert_allclose(abscissa / abscissa[0], truth / truth[0], rtol=1e-14)
 
 

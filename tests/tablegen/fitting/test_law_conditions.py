@@ -9,6 +9,7 @@ from mesh_fixtures import box
 from sampler.formats.bounds import LEAST_RATIO
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
 from tablegen.config.config import load_config
+from tablegen.config.grain_ranges import least_inertia
 from tablegen.fitting.law_conditions import (
     LawRange,
     chain_impacts,
@@ -18,7 +19,6 @@ from tablegen.fitting.law_conditions import (
     driven_along_wall,
     grain_moments,
     inertia_coefficients,
-    least_inertia,
     neighbouring_impacts,
     nonspinning_impacts,
     ratio_range,
