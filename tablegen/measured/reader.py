@@ -14,6 +14,7 @@ import numpy as np
 
 from sampler.errors import InputError
 from sampler.files import commented_fields, find_measurements, parse_number
+from sampler.limits import Bounds
 from tablegen.config.complaints import shown
 from tablegen.config.config import read_text
 from tablegen.measured.measurements import QUANTITIES, SPREAD, Measurements, Moments
@@ -67,14 +68,6 @@ class _Line(NamedTuple):
         """Make the error of a line, or of one cell, in which something is missing."""
         place = f"line {self.number}" + (f", {column}" if column else "")
         return InputError(place, problem=problem, remedy=remedy, source=self.file)
-
-
-class _Range(NamedTuple):
-    """Values that a column may hold, with a hint for messages."""
-
-    low: float
-    high: float
-    hint: str
 
 
 def read_measurements(name_or_path: str | os.PathLike[str]) -> Measurements:
@@ -212,10 +205,9 @@ def _numbers_of_row(row: _Line) -> dict[str, float]:
         given, quantity = row.cell(column), column.removesuffix(SPREAD)
         if quantity == "e_t" and values["alpha_deg"] == 90.0:
             raise row.refusal(given, "an empty cell at 90 degrees", column)
-        allowed = _range(column, values["alpha_deg"])
+        allowed = _bounds(column, values["alpha_deg"])
         if not allowed.low <= value <= allowed.high or (column == "count" and value % 1.0):
-            words = f"{allowed.low:.4g} to {allowed.high:.4g} ({allowed.hint})"
-            raise row.refusal(given, words, column)
+            raise row.refusal(given, allowed.words, column)
         if math.isnan(values.get(quantity, 0.0)):
             raise row.refusal(given, f"a spread beside its mean only; give {quantity}", column)
     if all(math.isnan(values[quantity]) for quantity in QUANTITIES):
@@ -243,14 +235,18 @@ def _number(row: _Line, column: str) -> float:
     return value
 
 
-def _range(column: str, alpha_deg: float) -> _Range:
+def _hinted(low: float, high: float, hint: str) -> Bounds:
+    return Bounds(low, high, text=f"{low:.4g} to {high:.4g} ({hint})")
+
+
+def _bounds(column: str, alpha_deg: float) -> Bounds:
     """Find the values that a column may hold at an impact angle [degrees]."""
     if column == "alpha_deg":
-        return _Range(ALPHA_DEG.low, ALPHA_DEG.high, "degrees from the wall")
+        return _hinted(ALPHA_DEG.low, ALPHA_DEG.high, "degrees from the wall")
     if column == "speed":
-        return _Range(SPEED.low, SPEED.high, "m/s")
+        return _hinted(SPEED.low, SPEED.high, "m/s")
     if column == "count":
-        return _Range(1.0, 1e9, "a whole number of particles")
+        return _hinted(1.0, 1e9, "a whole number of particles")
     quantity = column.removesuffix(SPREAD)
     angle, hint = math.radians(alpha_deg), "degrees"
     if quantity in ("e_n", "e_t"):
@@ -263,8 +259,8 @@ def _range(column: str, alpha_deg: float) -> _Range:
     else:
         low, high = (0.0, 180.0) if quantity == "rebound_angle_deg" else (-90.0, 90.0)
     if column == quantity:
-        return _Range(low, high, hint)
-    return _Range(0.0, 0.5 * (high - low), hint)
+        return _hinted(low, high, hint)
+    return _hinted(0.0, 0.5 * (high - low), hint)
 
 
 def _check_unique(rows: Sequence[_Line], numbers: Sequence[Mapping[str, float]]) -> None:
