@@ -7,9 +7,9 @@ defaults are those of the records; `MEANINGS` has the unit and the meaning of ea
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from marked_parts import filled
+from marked_parts import fill_file, filled
 
-from sampler.files import data_directory, write_text
+from sampler.files import data_directory
 from tablegen.config.config import Config
 from tablegen.config.grains import GRAINS
 from tablegen.config.metric_table import CHAIN_LIMITS, CHAINS, METRICS, PRESETS, SPIN_PRESETS
@@ -255,8 +255,7 @@ def filled_page(text: str) -> str:
 
 def main() -> None:
     """Bring the page up to date."""
-    path = data_directory() / PAGE
-    write_text(path, filled_page(path.read_text(encoding="utf-8")))
+    fill_file(data_directory() / PAGE, filled_page)
 
 
 if __name__ == "__main__":

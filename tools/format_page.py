@@ -8,9 +8,9 @@ import itertools
 from collections.abc import Iterable
 
 import numpy as np
-from marked_parts import filled
+from marked_parts import fill_file, filled
 
-from sampler.files import data_directory, write_text
+from sampler.files import data_directory
 from sampler.formats.binary_layout import layout_text
 from sampler.formats.bounds import QUANTILES, RESISTANCE_LAWS, RESTITUTION_LAWS
 from sampler.formats.layout import (
@@ -77,9 +77,7 @@ def filled_page(page: str) -> str:
 
 def main() -> None:
     """Bring the page up to date."""
-    path = data_directory() / PAGE
-    page = filled_page(path.read_text(encoding="utf-8"))
-    write_text(path, page)
+    fill_file(data_directory() / PAGE, filled_page)
 
 
 if __name__ == "__main__":

@@ -11,10 +11,10 @@ import textwrap
 from collections.abc import Iterable
 
 import numpy as np
-from marked_parts import filled
+from marked_parts import fill_file, filled
 
 from sampler.errors import CODES, FLAGS, LAST_OF_DRAWS, OUTSIDE, Code
-from sampler.files import include_directory, write_text
+from sampler.files import include_directory
 from sampler.formats import bounds, records
 from sampler.formats.binary_layout import (
     ARRAYS,
@@ -363,8 +363,7 @@ def generated(name: str, text: str) -> str:
 def main() -> None:
     """Bring header, module and page up to date."""
     for name in PARTS:
-        path = include_directory() / name
-        write_text(path, generated(name, path.read_text(encoding="utf-8")))
+        fill_file(include_directory() / name, functools.partial(generated, name))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
 """Texts of which a program writes the parts between two marks; people write the other parts."""
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from sampler.errors import InputError
+from sampler.files import write_text
 
 
 def filled(
@@ -22,3 +24,8 @@ def filled(
         before, rest = text.split(begin)
         text = f"{before}{begin}{write_part()}{end}{rest.split(end)[1]}"
     return text
+
+
+def fill_file(path: Path, fill: Callable[[str], str]) -> None:
+    """Bring the marked parts of a file up to date; ``fill`` does so in its text."""
+    write_text(path, fill(path.read_text(encoding="utf-8")))
