@@ -141,13 +141,11 @@ def _check_each(name: str, array: NDArray[np.float64], bounds: Bounds, words: st
         raise InputError(name, given, words or bounds.words, row=row)
 
 
-def as_reals_up_to(
-    name: str, values: ArrayLike, high: float, unit: str = ""
-) -> NDArray[np.float64]:
+def as_reals_up_to(name: str, values: ArrayLike, high: float) -> NDArray[np.float64]:
     """Coerce real numbers from 0 to a largest one, or its rounding; raises `InputError`."""
     array = as_reals(name, values)
     rounded = Bounds(0.0, high * (1.0 + SINGLE_ROUNDING))
-    _check_each(name, array, rounded, Bounds(0.0, high, unit).words)
+    _check_each(name, array, rounded, Bounds(0.0, high).words)
     return np.asarray(np.minimum(array, high))
 
 

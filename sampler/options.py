@@ -117,7 +117,7 @@ class Command(click.Command):
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
 
 
-def run_program(program: Program, argv: Sequence[str] | None, context: Any = None) -> int:
+def run_program(program: Program, argv: Sequence[str] | None) -> int:
     """Run a command line and return its exit status; a user's mistake is one line.
 
     A defect of the program keeps its traceback.
@@ -128,13 +128,11 @@ def run_program(program: Program, argv: Sequence[str] | None, context: Any = Non
         Its ``name`` stands in front of the line.
     argv : sequence of str or None
         Arguments; None for those of the process.
-    context : object
-        For the commands, as ``ctx.obj``.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     _open_standard_output()
     try:
-        status = _run(program, words, context)
+        status = _run(program, words)
         sys.stdout.flush()
         return status
     except click.exceptions.NoArgsIsHelpError as error:
@@ -169,13 +167,13 @@ def run_program(program: Program, argv: Sequence[str] | None, context: Any = Non
         _drop_unwritten()
 
 
-def _run(program: Program, words: list[str], context: Any) -> int:
+def _run(program: Program, words: list[str]) -> int:
     """Run a command line; click's own `main` would end with 1 if a pipe breaks."""
     name = str(program.name)
     if f"_{name}_COMPLETE".upper() in os.environ:  # a shell asks how a word may go on
-        program.main(words, name, obj=context, standalone_mode=False)
+        program.main(words, name, standalone_mode=False)
     try:
-        with program.make_context(name, words, obj=context) as ctx:
+        with program.make_context(name, words) as ctx:
             status = program.invoke(ctx)
     except click.exceptions.Exit as error:  # after --help, for example
         status = error.exit_code

@@ -7,21 +7,20 @@ from contextlib import contextmanager
 
 import pytest
 
+#: Seconds after which Ctrl-C comes.
+_AFTER = 0.05
 
-def _press(begun, after):
-    begun.wait()
-    time.sleep(after)
+
+def _press():
+    time.sleep(_AFTER)
     signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
 
 
 @contextmanager
-def interrupted(within, after=0.05, begun=None):
-    """Send Ctrl-C into a block some seconds after it began, and check that it soon ends."""
-    if begun is None:
-        begun = threading.Event()
-        begun.set()
-    threading.Thread(target=_press, args=(begun, after)).start()
+def interrupted(within):
+    """Send Ctrl-C into a block soon after it began, and check that it then soon ends."""
+    threading.Thread(target=_press).start()
     start = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         yield
-    assert time.monotonic() - start < after + within
+    assert time.monotonic() - start < _AFTER + within

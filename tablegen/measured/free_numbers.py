@@ -20,7 +20,7 @@ from tablegen.config.pairs import MaterialPair
 from tablegen.config.scenes import Tree, merged
 from tablegen.model.float_array import FloatArray
 
-STATIC, DYNAMIC = "pair.resistance.static", "pair.resistance.dynamic"
+STATIC = "pair.resistance.static"
 
 #: Coefficients that are searched as those of Bernstein, so that the restitution stays in [0, 1].
 _POLYNOMIAL = "pair.restitution.coefficients"

@@ -60,13 +60,11 @@ class Departures(NamedTuple):
     works: FloatArray
 
 
-def effective_speed(impacts: Impacts) -> FloatArray:
-    """Compute the speeds V_e [m/s] whose translational energy is the whole energy, (n,)."""
-    return impacts.speed * energy_factor(impacts.spin, impacts.inertia)
-
-
 def energy_factor(spin: FloatArray, inertia: FloatArray) -> FloatArray:
-    """Compute V_e over V from spins (n, 3) in V/a and the inertias about them, shape (n,)."""
+    """Compute V_e over V from spins (n, 3) in V/a and the inertias about them, shape (n,).
+
+    V_e is the speed whose translational energy is the whole energy.
+    """
     return np.sqrt(1.0 + inertia * np.square(spin).sum(axis=1))
 
 

@@ -6,7 +6,7 @@ from sampler.formats.bounds import CONDITIONS
 from tablegen.fitting.spin_coordinates import SPIN_RANGE
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
-    effective_speed,
+    energy_factor,
     first_impacts,
     join_impacts,
     next_impacts,
@@ -15,6 +15,11 @@ from tablegen.simulation.impact_chains import (
 
 #: Impacts that a particle has before its chain ends; each gives one of those after the first.
 _HITS = 6
+
+
+def effective_speed(impacts):
+    """Speeds V_e [m/s] whose translational energy is the whole energy, (n,)."""
+    return impacts.speed * energy_factor(impacts.spin, impacts.inertia)
 
 
 def _occurring(config, model, seed, index):

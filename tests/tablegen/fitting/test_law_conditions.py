@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from mesh_fixtures import box
+from spin_laws import effective_speed
 
 from sampler.formats.bounds import LEAST_RATIO
 from sampler.formats.shape_codes import FIRST_MESH, SHAPE_CODES
@@ -34,7 +35,7 @@ from tablegen.fitting.spin_coordinates import (
 from tablegen.meshes.mesh_file import MeshFile
 from tablegen.model.shapes import inertia
 from tablegen.simulation.direct import DirectModel
-from tablegen.simulation.impact_chains import effective_speed, first_impacts, simulate_departures
+from tablegen.simulation.impact_chains import first_impacts, simulate_departures
 
 CONFIG = load_config("corundum-steel")
 DOMAIN = covered_range(CONFIG)

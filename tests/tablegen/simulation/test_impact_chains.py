@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
+from spin_laws import effective_speed
 
 from tablegen.config.config import load_config
 from tablegen.model.model_bounds import MOST_TURNED
 from tablegen.simulation.direct import silent_model
 from tablegen.simulation.direct_law import DirectLaw
 from tablegen.simulation.impact_chains import (
-    effective_speed,
     energy_factor,
     first_impacts,
     join_impacts,
