@@ -7,6 +7,9 @@ from direct_table import DirectTable
 from tablegen.config.config import load_config
 from tablegen.simulation.billiard import (
     GEOMETRIES,
+    HALF_SIZE,
+    SINE_ROW,
+    SPIN_ROW,
     first_arrivals,
     follow_grains,
     kinds_of_grains,
@@ -59,6 +62,29 @@ def test_speeds_are_set_back_and_spins_in_the_same_proportion(geometry):
     np.testing.assert_allclose(np.linalg.norm(arrivals.velocity, axis=1), 50.0, rtol=1e-12)
     # a wall sets each component at rest to 50 rad/s, and three hits double it each
     np.testing.assert_allclose(arrivals.omega, 8.0 * 50.0, rtol=1e-12)
+
+
+def test_flat_and_fast_spinning_grains_are_set_to_what_direct_simulation_can_follow():
+    class Flat(Mirror):
+        """Grains leave at a sine of 1e-6, with a spin of 100 V/a."""
+
+        def rebound(self, velocity, normal, half_size, **given):
+            speed = np.linalg.norm(velocity, axis=1)[:, None]
+            into = np.einsum("ni,ni->n", velocity, normal)[:, None]
+            along = velocity - into * normal
+            along *= speed / np.linalg.norm(along, axis=1)[:, None]
+            omega = 100.0 * speed / half_size * [0.0, 0.6, 0.8]
+            return along + 1e-6 * speed * normal, omega, np.ones(len(velocity))
+
+    left, arrivals = follow_grains(
+        Flat(), first_arrivals(np.arange(5), 0.5, 50.0), "cylinder", 1, 1
+    )
+    np.testing.assert_allclose(left[SINE_ROW], 1e-6, rtol=1e-9)
+    np.testing.assert_allclose(left[SPIN_ROW], 100.0, rtol=1e-9)
+    sine = -np.einsum("ni,ni->n", arrivals.velocity, arrivals.normal) / 50.0
+    np.testing.assert_allclose(sine, 1e-4, rtol=1e-6)
+    spin = HALF_SIZE * np.linalg.norm(arrivals.omega, axis=1) / 50.0
+    np.testing.assert_allclose(spin, 10.0, rtol=1e-9)
 
 
 def test_walls_of_any_direction_are_met_at_all_angles_and_speeds_are_kept():

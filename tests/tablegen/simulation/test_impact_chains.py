@@ -84,6 +84,15 @@ def test_the_next_impact_is_that_of_the_lab_frame(departures, any_wall):
     assert kstest(np.arccos(np.clip(side, -1, 1)), "uniform", (0, np.pi)).pvalue > 1e-6
 
 
+def test_a_particle_that_leaves_along_the_normal_meets_its_wall_head_on(departures):
+    states = departures.states * [0.0, 1.0, 0.0, 1.0, 1.0, 1.0]
+    same_wall, uniform = np.full(len(INDEX), False), np.zeros((len(INDEX), 2))
+    impacts = next_impacts(departures._replace(states=states), same_wall, uniform)
+    np.testing.assert_array_equal(impacts.alpha1, 0.5 * np.pi)
+    size = np.linalg.norm(states[:, 3:], axis=1) / states[:, 1]
+    np.testing.assert_allclose(np.linalg.norm(impacts.spin, axis=1), size, rtol=1e-12)
+
+
 def test_energies_before_and_after_an_impact_add_up(departures):
     impacts = next_impacts(departures, np.full(len(INDEX), True), np.full((len(INDEX), 2), 0.3))
     left = simulate_departures(law(), impacts, 3)
