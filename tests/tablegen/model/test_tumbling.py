@@ -23,7 +23,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk, ellipkinc
 from scipy.stats import ks_2samp, kstest
 
-from tablegen.model.reach import MARGIN, tumbling_reach
+from tablegen.model.reach import MARGIN, _reach_of_box, tumbling_reach
 from tablegen.model.shapes import support_depth
 from tablegen.model.tumbling import axes_of_tumbling, jacobi, momentum_direction
 from tablegen.simulation.simulate import make_condition, simulate_condition
@@ -263,6 +263,24 @@ class TestReach:
             assert deepest < reach
             excess.append(reach - deepest)
         assert np.median(excess) < (0.25 if name == "tetrahedron" else 0.1)
+
+    def test_the_reach_of_a_box_is_its_largest_support_within_the_bounds_on_the_normal(self):
+        """The largest support of 20,000 normals is less than 0.02 below the largest of all.
+
+        If one axis were set to its bound only where it is too large by a factor of 2, every fifth
+        of these boxes would reach too little, by up to 0.17.
+        """
+        rng, compared = np.random.default_rng(1), 0
+        normals = np.abs(rng.normal(size=(20_000, 3)))
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        for half, ends in rng.uniform(0.1, 1.0, (300, 2, 3)):
+            inside = normals[(normals <= ends).all(axis=1)]
+            if len(inside) < 20:
+                continue
+            largest = (inside @ half).max()
+            assert largest <= _reach_of_box(tuple(half), tuple(ends)) < largest + 0.02
+            compared += 1
+        assert compared > 100
 
     def test_flat_discs_reach_as_far_as_they_are_thick_and_rolling_ones_their_radius(self):
         for name in ("ellipsoid", "prism"):
