@@ -282,6 +282,11 @@ class TestReach:
             compared += 1
         assert compared > 100
 
+    def test_the_rounding_of_a_cosine_near_one_is_within_the_margin(self):
+        tilt = 1e-8  # its cosine is 1 in double precision
+        reach = tumbling_reach(body_of("prism", 0.95, 0.3), (0.0, 0.0, 1.0), (tilt, 0.0, 1.0))
+        assert reach > 0.3 + tilt
+
     def test_flat_discs_reach_as_far_as_they_are_thick_and_rolling_ones_their_radius(self):
         for name in ("ellipsoid", "prism"):
             body = body_of(name, 0.95, 0.3)
