@@ -107,11 +107,11 @@ def table_contents(config: Config, datasets: Mapping[str, NDArray[Any]]) -> Tabl
         config=config.text,
         seed=config.table.seed,
         software_version=sampler.__version__,
-        variables=config.domain.columns,
-        channels=channels_for(config.domain.columns),
         speed_independent=not config.pair.restitution.depends_on_speed,
         valid_speed=config.pair.restitution.valid_speed,
         least_inertia=least_inertia(config.population),
+        variables=config.domain.columns,
+        channels=channels_for(config.domain.columns),
     )
 
 
