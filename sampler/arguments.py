@@ -350,7 +350,7 @@ class Call(NamedTuple):
         return InputError(name, given, allowed, problem=problem, row=index, particle=particle)
 
 
-def present(**optional: Any) -> dict[str, Any]:
+def without_none(**optional: Any) -> dict[str, Any]:
     """Give the arguments that are not None."""
     return {name: values for name, values in optional.items() if values is not None}
 

@@ -104,9 +104,9 @@ def find_file(what: str, name_or_path: str | os.PathLike[str], suffix: str) -> P
         return _folder_of(suffix) / f"{name_or_path}{suffix}"
     # os.path answers False where Path.exists raises, for names that are too long for example
     if is_word and not os.path.exists(path):
-        names = ", ".join(available(suffix)) or "none are installed"
-        allowed = f"a name ({names}) or the path of a {suffix} file"
-        raise InputError(what, f"'{name_or_path}'", allowed)
+        names = ", ".join(available(suffix)) or "none"
+        problem = f"there is no {suffix} file '{name_or_path}'"
+        raise InputError(what, problem=problem, remedy=f"the installed names are {names}")
     return check_input(what, path)
 
 

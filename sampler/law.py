@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from sampler import library
 from sampler.arguments import Call
-from sampler.library import Opened, Rows
+from sampler.library import OpenedTable, Rows
 
 #: Draws at a condition, and a seed that is kept for them: a user's draws shall not repeat them.
 DRAWS = 2**18
@@ -19,13 +19,13 @@ Reduction = Callable[[NDArray[np.float64]], Any]
 
 
 def reduced_draws(
-    table: Opened, call: Call, n_columns: int, reduce: Reduction
+    table: OpenedTable, call: Call, n_columns: int, reduce: Reduction
 ) -> NDArray[np.float64]:
     """Reduce many draws at each condition to some numbers.
 
     Parameters
     ----------
-    table : Opened
+    table : OpenedTable
     call : Call
         The conditions, whose codes were looked at: ``alpha1``, ``speed`` and maybe ``spin``.
     n_columns : int

@@ -97,7 +97,7 @@ def library() -> Any:
 
 #: Tables whose memory outlives the interpreter: compiled code that knows only their address may
 #: draw from them in a daemon thread until the process ends.
-_open_tables: "weakref.WeakSet[Opened]" = weakref.WeakSet()
+_open_tables: "weakref.WeakSet[OpenedTable]" = weakref.WeakSet()
 
 
 @atexit.register
@@ -106,7 +106,7 @@ def _keep_open_tables() -> None:
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(table))
 
 
-class Opened:
+class OpenedTable:
     """A table that the library has opened.
 
     Parameters
@@ -151,7 +151,7 @@ class Opened:
         return {name: (float(a), float(b)) for name, (a, b) in zip(names, ends, strict=True)}
 
 
-class OpenDirect(Opened):
+class OpenDirect(OpenedTable):
     """A table without a file, whose law is direct simulation.
 
     Parameters
@@ -170,7 +170,7 @@ class OpenDirect(Opened):
         super().__init__(lambda place: library().rbt_open_direct(law, len(columns), places, place))
 
 
-class OpenTable(Opened):
+class OpenTable(OpenedTable):
     """A binary image that the library has checked and opened.
 
     Copies and pickles hold the image and open it again.
@@ -238,7 +238,7 @@ class Report(NamedTuple):
 
 
 def sample(
-    table: Opened,
+    table: OpenedTable,
     rows: Rows,
     states: NDArray[np.float64] | None,
     threads: int | None,
@@ -264,7 +264,7 @@ def sample(
 
 
 def rebound(
-    table: Opened,
+    table: OpenedTable,
     rows: Rows,
     results: dict[str, NDArray[np.float64]],
     threads: int | None,
@@ -289,7 +289,7 @@ def rebound(
 
 
 def grains(
-    table: Opened,
+    table: OpenedTable,
     seed: int,
     index: NDArray[np.uint64],
     n: int,
@@ -309,7 +309,7 @@ def grains(
 
 def _run_in_slices(
     run_slice: Callable[[dict[str, int], int, int, int | None], int],
-    table: Opened,
+    table: OpenedTable,
     rows: Rows,
     threads: int | None,
     known: Report | None = None,

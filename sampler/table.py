@@ -22,8 +22,8 @@ from sampler.arguments import (
     check_grain_word,
     check_written,
     common_shape,
-    present,
     with_zero_spin_if_own,
+    without_none,
 )
 from sampler.covered import make_covered
 from sampler.errors import InputError
@@ -32,7 +32,7 @@ from sampler.formats.hdf5 import TableContents, read_table
 from sampler.formats.image import table_image
 from sampler.formats.shape_geometry import Geometry
 from sampler.law import Reduction, reduced_draws
-from sampler.library import Opened, OpenTable, Report
+from sampler.library import OpenedTable, OpenTable, Report
 from sampler.row_codes import RowCodes
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ class Table:
 
     def _open(
         self,
-        opened: Opened,
+        opened: OpenedTable,
         outside: Literal["clamp", "raise"],
         spin_alpha_deg: tuple[float, float] | None = None,
     ) -> None:
@@ -264,7 +264,7 @@ class Table:
         >>> bool((states[:, 1] > 0.0).all())  # v: every particle leaves the wall
         True
         """
-        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin, inertia=inertia)
+        given = {"alpha1": alpha1, "speed": speed} | without_none(spin=spin, inertia=inertia)
         call = self._call(given, grain, Keys(seed, index, hit, rng, size))
         check_written("out", out, (*call.shape, len(self.columns)), np.float64, np.float32)
         check_written("inertia_after", inertia_after, call.shape, np.float64)
@@ -387,13 +387,15 @@ class Table:
         """
         isotropic = as_isotropic(isotropic, roughness)
         given = {"velocity": velocity, "normal": normal, "half_size": half_size}
-        given |= present(omega=omega, inertia=inertia)
-        given |= present(wall_velocity=wall_velocity, roughness=roughness)
+        given |= without_none(omega=omega, inertia=inertia)
+        given |= without_none(wall_velocity=wall_velocity, roughness=roughness)
         call = self._call(given, grain, Keys(seed, index, hit, rng, size))
         check_written("works", works, (*call.shape, 2), np.float64)
         check_written("codes", codes, call.shape, np.intc)
         if works is not None and not self._table.has_works():
-            raise InputError("works", problem=f"the table {self.pair} has no works")
+            problem = f"the table {self.pair} does not store works"
+            remedy = "take one that does, as corundum-steel-wear"
+            raise InputError("works", problem=problem, remedy=remedy)
         n, tails = call.rows.n, {"velocity": (3,), "omega": (3,), "inertia": ()}
         results = {name: np.empty((n, *tail)) for name, tail in tails.items()}
         if works is not None:
@@ -508,7 +510,7 @@ class Table:
             raise InputError("variable", repr(variable), allowed)
         column = self.columns.index(variable)
         probability = as_reals_up_to("p", p, 1.0)
-        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
+        given = {"alpha1": alpha1, "speed": speed} | without_none(spin=spin)
         shapes = {name: as_rows_of(name, values).shape for name, values in given.items()}
         if spin is not None:
             shapes["spin"] = shapes["spin"][:-1]
@@ -581,7 +583,8 @@ class Table:
             If a diameter is not positive, or if the table has no spin law.
         """
         if not self.has_spin:
-            raise InputError("mean_half_size", problem=f"the table {self.pair} has no spin law")
+            problem = f"the table {self.pair} has no spin law, so its particles have no grains"
+            raise InputError("mean_half_size", problem=problem)
         mean = library.library().rbt_mean_half_size(self.handle, 1.0)
         return mean * as_positive("diameter", diameter)
 
@@ -639,7 +642,7 @@ class Table:
         self, alpha1: ArrayLike, speed: ArrayLike, spin: ArrayLike | None, reduce: Reduction
     ) -> NDArray[np.float64]:
         """Reduce the draws at each condition to some numbers."""
-        given = {"alpha1": alpha1, "speed": speed} | present(spin=spin)
+        given = {"alpha1": alpha1, "speed": speed} | without_none(spin=spin)
         call = self._call(given, None, Keys(rng=np.random.default_rng(0)))
         report = library.sample(self._table, call.rows, None, 1)
         self._codes.refuse(call, report)

@@ -71,8 +71,8 @@ def _by_rows(function: str, *tail: int, **given: ArrayLike) -> Any:
     refused = ~(finite.all(axis=-1) if tail else finite)
     if refused.any():
         row = row_index(int(refused.argmax()), refused.shape) if refused.ndim else None
-        problem = "the result is no finite number"
-        remedy = "give arguments that are neither so large nor so small"
+        problem = "the result is not a finite number"
+        remedy = "check that these arguments are in SI units"
         raise InputError(", ".join(given), problem=problem, remedy=remedy, row=row)
     return results
 

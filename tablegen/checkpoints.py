@@ -154,7 +154,8 @@ def run_task(task: Task, expected_software: str) -> Arrays:
     Raises `InputError` if the worker has other software than the run.
     """
     if (own_software := software()) != expected_software:
-        raise InputError("workers", f"one with {own_software}", expected_software)
+        problem = f"a worker runs {own_software}, and this process {expected_software}"
+        raise InputError("workers", problem=problem, remedy="start all in one environment")
     begin = time.thread_time()
     return {**task.function(*task.arguments), SECONDS: np.array(time.thread_time() - begin)}
 

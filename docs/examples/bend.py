@@ -35,7 +35,7 @@ QUANTITIES = (
 )
 
 #: Name of each law of the wall: colour, marker and line of its curve.
-LOOKS = {
+PLOT_STYLES = {
     "direct simulation": ("#000000", "o", "-"),
     "table": ("#e08a00", "s", "--"),
     "table without spin": ("#0072b2", "^", "--"),
@@ -213,7 +213,7 @@ def draw_wall(figure, walls, edges):
     for k, (axes, title) in enumerate(zip(panels.ravel(), QUANTITIES, strict=True)):
         axes.axvspan(0.0, TURN, color="#eeeeee", linewidth=0)
         for model, (values, errors) in walls.items():
-            look = dict(zip(("color", "marker", "linestyle"), LOOKS[model], strict=True))
+            look = dict(zip(("color", "marker", "linestyle"), PLOT_STYLES[model], strict=True))
             axes.errorbar(middles, values[k], errors[k], label=model, markersize=3, **look)
         axes.set(ylim=(0.0, None), xlim=edges[[0, -1]], title=title, xlabel="along the duct [m]")
     lines = panels[0, 0].get_legend_handles_labels()

@@ -75,13 +75,13 @@ FATES = {
     "time limit": LOST,
 }
 #: Name of each law of the wall: colour, marker and line of its curve.
-LOOKS = {
+PLOT_STYLES = {
     "direct simulation": ("#000000", "o", "-"),
     "table": ("#e08a00", "s", "--"),
     "compact table": ("#c44e00", "D", ":"),
     "table without spin": ("#0072b2", "^", "--"),
 }
-DIRECT, TABLE, COMPACT, WITHOUT_SPIN = LOOKS
+DIRECT, TABLE, COMPACT, WITHOUT_SPIN = PLOT_STYLES
 
 #: What a grain keeps on its way, and what became of it.
 GRAIN = [
@@ -506,7 +506,7 @@ def draw(results):
     draw_outline(axes["outline"])
     edges, heights = np.geomspace(*SIZES, 8), 0.5 * (BINS[1:] + BINS[:-1])
     for law, result in results.items():
-        look = dict(zip(("color", "marker", "linestyle"), LOOKS[law], strict=True))
+        look = dict(zip(("color", "marker", "linestyle"), PLOT_STYLES[law], strict=True))
         look |= {"label": law, "markersize": 4}
         values, errors = wear_by_height(result)
         axes["wear"].errorbar(values, heights, xerr=errors, **look)
@@ -532,7 +532,9 @@ def main(arguments=None):
     parser.add_argument("--compact", default="corundum-steel-compact", help="another table")
     parser.add_argument("--grains", type=int, default=10_000, help="grains under each law")
     parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers")
-    parser.add_argument("--laws", nargs="+", choices=LOOKS, metavar="LAW", help="default: all")
+    parser.add_argument(
+        "--laws", nargs="+", choices=PLOT_STYLES, metavar="LAW", help="default: all"
+    )
     parser.add_argument("--picture", help="picture to write")
     parser.add_argument("--json", type=Path, help="file to write every number to")
     args = parser.parse_args(arguments)

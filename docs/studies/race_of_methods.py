@@ -31,13 +31,13 @@ from tablegen.evidence.error_against_time import (
     run_benchmark,
     table_method,
 )
-from tablegen.evidence.report import LOOKS, conditions_of, errors_picture, method_table
+from tablegen.evidence.report import PLOT_STYLES, conditions_of, errors_picture, method_table
 
 #: States to which a method is fitted.
 TRAINING = 40_000
 
 #: Colour of Okabe and Ito, and marker, by family.
-ALL_LOOKS = LOOKS | {
+ALL_LOOKS = PLOT_STYLES | {
     "stored states": ("#d55e00", "^"),
     "independent marginals": ("#cc79a7", "v"),
     "Gaussian mixture": ("#009e73", "D"),

@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numba
 import numpy as np
 from cylinders import figures_of, follow_each
-from wall_laws import LOOKS, MEANS, direct_law, grains_of, mean_law, model_laws, table_law
+from wall_laws import MEANS, PLOT_STYLES, direct_law, grains_of, mean_law, model_laws, table_law
 
 import sampler
 import tablegen
@@ -83,7 +83,7 @@ def main(arguments=None):
     for name, result in results.items():
         share, off, error = 100.0 * np.array([result.share, *distance(result, direct)])
         print(f"| {name} | {share:.2g} | {off:.1f} ± {error:.1f} |")
-        colour, marker, _ = LOOKS.get(name, (LOOKS["table"][0], "o", ""))
+        colour, marker, _ = PLOT_STYLES.get(name, (PLOT_STYLES["table"][0], "o", ""))
         axes.errorbar(share, off, error, color=colour, marker=marker, linestyle="", label=name)
     axes.set(xscale="log", xlabel="walls, % of the run time", ylabel="error, %", ylim=(0.0, None))
     ticks = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0]

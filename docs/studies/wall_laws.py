@@ -31,7 +31,7 @@ MEANS = {
     "e = 0.3, μ = 0.3": ([0.3], [0.7]),
 }
 #: Name of each law: colour, marker and line of its curve.
-LOOKS = {
+PLOT_STYLES = {
     "direct simulation": ("#000000", "o", "-"),
     "table": ("#e08a00", "s", "--"),
     "compact table": ("#c44e00", "D", ":"),
@@ -166,7 +166,7 @@ def draw_results(results, count, sizes):
         axes.set(title=column, xlabel="diameter, µm")
         for name, result in results.items():
             figures = [figures_of(result, *pair)[column] for pair in itertools.pairwise(edges)]
-            shape = dict(zip(("color", "marker", "linestyle"), LOOKS[name], strict=True))
+            shape = dict(zip(("color", "marker", "linestyle"), PLOT_STYLES[name], strict=True))
             axes.errorbar(
                 0.5e6 * (edges[1:] + edges[:-1]), *np.transpose(figures), label=name, **shape
             )
@@ -178,7 +178,7 @@ def draw_hits(results, count):
     """Draw histograms of the angles and speeds of hits by column of cylinders."""
     figure, panels = plt.subplots(2, COLUMNS, figsize=(11.0, 6.0), layout="constrained")
     for (name, result), k in itertools.product(results.items(), range(COLUMNS)):
-        look = {"color": LOOKS[name][0], "linestyle": LOOKS[name][2], "label": name}
+        look = {"color": PLOT_STYLES[name][0], "linestyle": PLOT_STYLES[name][2], "label": name}
         rows = ("angle, degrees", result.angle, 90.0), ("speed, m/s", result.speed, 140.0)
         for axes, (title, values, most) in zip(panels[:, k], rows, strict=True):
             edges = np.linspace(0.0, most, 19)
@@ -220,7 +220,7 @@ def main(arguments=None):
     laws["means of the table"] = table_mean_law(table)
     laws |= {name: mean_law(*polynomials) for name, polynomials in MEANS.items()}
     sizes = 1e-6 * np.array(args.sizes)
-    laws = {name: laws[name] for name in LOOKS}
+    laws = {name: laws[name] for name in PLOT_STYLES}
     results = follow_each(laws, table, args.grains, sizes[[0, -1]], args.seed)
     # all sizes, and then each class, unless there is only one
     for low, high in dict.fromkeys([(sizes[0], sizes[-1]), *itertools.pairwise(sizes)]):

@@ -4,7 +4,14 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from sampler.arguments import Keys, Rebound, as_isotropic, broadcast, present, with_zero_spin_if_own
+from sampler.arguments import (
+    Keys,
+    Rebound,
+    as_isotropic,
+    broadcast,
+    with_zero_spin_if_own,
+    without_none,
+)
 from sampler.device import program
 from sampler.errors import InputError
 from sampler.formats.image import Image
@@ -172,7 +179,7 @@ class DeviceTable:
         """
         isotropic = as_isotropic(isotropic, roughness)
         if works is not None and not {"work_normal", "work_shear"} <= {*self.columns}:
-            raise InputError("works", problem=f"the table {self.pair} has no works")
+            raise InputError("works", problem=f"the table {self.pair} does not store works")
         arguments = {"velocity": velocity, "normal": normal, "half_size": half_size}
         arguments |= {"wall_velocity": wall_velocity, "roughness": roughness}
         arguments |= {"omega": omega, "inertia": inertia}
@@ -205,7 +212,7 @@ class DeviceTable:
         if not isinstance(grain, str | None):
             raise InputError("grain", type(grain).__name__, "'own', 'fresh'")
         self._table.check_spin(name, arguments[name], grain)
-        given = with_zero_spin_if_own(present(**arguments), grain)
+        given = with_zero_spin_if_own(without_none(**arguments), grain)
         with self._device:
             there = program.DeviceArrays(self._cupy, self.dtype)
             return program.DeviceCall(*broadcast(given, keys, grain == "fresh", arrays_of=there))

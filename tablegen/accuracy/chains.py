@@ -55,7 +55,7 @@ from tablegen.simulation.billiard import (
     follow_grains,
     kinds_of_grains,
 )
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 from tablegen.simulation.impact_chains import ANY_ANGLES
 
 #: First and last hit of each group of hits that are compared together. Hit 1 is left out, because
@@ -237,7 +237,7 @@ def chain_comparisons(
     ``samples`` is the number of grains of a kind on each side; default and maximum are `SAMPLES`.
     """
     count = min(samples or SAMPLES, SAMPLES)
-    direct = silent_model(config)
+    direct = model_without_warnings(config)
     kinds = kinds_of_grains(direct, seed, count)
     return [
         partial(compare_chain, wall, direct, config.domain, kind, geometry, seed)

@@ -126,8 +126,9 @@ def _conditions(alpha: Sequence[float], speed: Sequence[float]) -> list[Any] | N
         return None
     count = max(len(alpha), len(speed))
     if {len(alpha), len(speed)} - {1, count} or not alpha or not speed:
-        given, allowed = f"{len(alpha)} and {len(speed)}", "equally many, or one of them"
-        raise InputError("--alpha and --speed", given, allowed)
+        problem = f"there are {len(alpha)} angles and {len(speed)} speeds"
+        remedy = "give one speed for each angle, one speed for all angles, or one angle"
+        raise InputError("--alpha and --speed", problem=problem, remedy=remedy)
     columns = [list(c) * (count // len(c)) for c in (alpha, speed)]
     return list(zip(*columns, strict=True))
 

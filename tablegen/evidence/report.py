@@ -39,13 +39,13 @@ from tablegen.presentation import (
     set_log_ticks,
 )
 from tablegen.simulation.billiard import Wall, first_arrivals, follow_grains
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 
 #: Angle [rad] and speed [m/s] at which chains begin whose rebounds are timed, and the hit timed.
 _TIMED_ANGLE, _TIMED_SPEED, _TIMED_HIT = np.radians(30.0), 100.0, 6
 
 #: Families of methods in the order of a legend: colour of Okabe and Ito, and marker.
-LOOKS = {"table": ("#0072b2", "o"), "direct simulation": ("#000000", "s")}
+PLOT_STYLES = {"table": ("#0072b2", "o"), "direct simulation": ("#000000", "s")}
 
 #: Label of the abscissa of errors.
 _TIME = "time of a draw [ns, one thread]"
@@ -167,7 +167,7 @@ def measure_spinning(
     """
     if not table.has_spin:
         return ()
-    direct, index = silent_model(config), np.arange(budget.timed, dtype=np.uint64)
+    direct, index = model_without_warnings(config), np.arange(budget.timed, dtype=np.uint64)
     first = first_arrivals(index, _TIMED_ANGLE, _TIMED_SPEED)
     _, arrivals = follow_grains(direct, first, "any", seed, _TIMED_HIT - 1)
     chains = in_threads(
@@ -249,7 +249,7 @@ def report_picture(report: Report, name: str) -> bytes:
 
 
 def errors_picture(
-    race: Benchmark, name: str, looks: Mapping[str, tuple[str, str]] = LOOKS
+    race: Benchmark, name: str, looks: Mapping[str, tuple[str, str]] = PLOT_STYLES
 ) -> bytes:
     """Draw two errors of all methods at one condition against the time of a draw, both logarithmic.
 

@@ -30,7 +30,7 @@ from tablegen.simulation.billiard import (
     follow_grains,
     kinds_of_grains,
 )
-from tablegen.simulation.direct import DirectModel, silent_model
+from tablegen.simulation.direct import DirectModel, model_without_warnings
 from tablegen.simulation.impact_chains import ANY_ANGLES
 
 #: Speed of grains [m/s], and hits of a chain.
@@ -136,7 +136,7 @@ def run_chains(
     config: Config, grains: int, seed: int = 1, progress: bool = False
 ) -> tuple[ChainOutcome, ...]:
     """Follow ``grains`` of each kind through sixty hits, and a tenth of them rolling."""
-    model, outcomes = silent_model(config), []
+    model, outcomes = model_without_warnings(config), []
     chains = list(product(kinds_of_grains(model, seed, grains).items(), GEOMETRIES))
     with bar(progress, "chain", total=len(chains) + len(ROLLING), desc="sixty hits") as counted:
         for (kind, index), geometry in chains:
@@ -148,7 +148,7 @@ def run_chains(
             population = config.population.restricted_to("ellipsoid").with_aspect(*aspect)
             start = rolling_arrivals(np.arange(max(grains // 10, 2), dtype=np.uint64), aspect)
             names = f"rolling disc, b/a {aspect[0]:g}", "cylinder"
-            disc = silent_model(config, population)
+            disc = model_without_warnings(config, population)
             outcomes.append(outcome_of(disc, names, start, seed, ROLLING_HITS))
             counted.update()
     return tuple(outcomes)

@@ -151,14 +151,15 @@ def calibrate(
 def _check_rows(
     data: Measurements, targets: Sequence[Target], start: Config | None, speed: float | None
 ) -> None:
-    """Refuse means that cannot decide both laws, and rows of which some state a speed."""
+    """Refuse means that cannot determine both laws, and rows of which some state a speed."""
     followed = {target.quantity for target in targets}
     if start is None and not any(pair <= followed for pair in _BOTH_LAWS):
-        got = " and ".join(sorted(followed))
-        allowed = "e_n and e_t, or two of e_n, e_t, rebound_angle_deg and omega_z that decide both "
-        allowed += "laws"
-        remedy = "or fit the fields of one law, with --pair START.toml and --free"
-        raise InputError("", f"{got} alone", allowed, remedy=remedy, source=data.name)
+        problem = f"{' and '.join(sorted(followed))} alone cannot determine both laws"
+        remedy = (
+            "give e_n or rebound_angle_deg, and a second quantity, or fit one law with --pair "
+            "START.toml and --free"
+        )
+        raise InputError("", problem=problem, remedy=remedy, source=data.name)
     unstated = np.isnan(data.speed)
     if speed is None and unstated.any() and not unstated.all():
         angles = ", ".join(f"{a:g}" for a in np.unique(data.alpha_deg[unstated])[:_NAMED])

@@ -79,12 +79,12 @@ def _numbers_text(fit: Fit) -> str:
     pairs = zip(fit.labels, fit.errors, strict=True)
     left = [_in_words(fit, label) for label, error in pairs if math.isnan(error)]
     if not left:
-        return "numbers: the means determine all numbers of the laws"
+        return "the means determine all numbers of the laws"
     groups = groupby(left, key=lambda words: words[0])
     names = "; ".join(name + ", ".join(at for _, at in group) for name, group in groups)
     return (
-        f"numbers: the means do not determine {names}; smoothness or a bound decides these, so "
-        "they have no standard error"
+        f"not determined by the means: {names}; these numbers come from smoothness or from a "
+        "bound, so they have no standard error"
     )
 
 

@@ -13,7 +13,7 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import HALF_SIZE
 from tablegen.parallel import in_threads
 from tablegen.progress import bar
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 from tablegen.simulation.simulate import check_impact_angle, check_run
 
 #: Standard deviation of the tilt of facets.
@@ -45,7 +45,7 @@ class SimulatedRows:
         self._alpha_deg, self._speed = np.asarray(alpha_deg, dtype=np.float64), speed
         self._alpha = [check_impact_angle(a, "alpha_deg") for a in np.radians(self._alpha_deg)]
         self._shapes = config.population.strata()
-        self._models = [silent_model(config, shape.population) for shape in self._shapes]
+        self._models = [model_without_warnings(config, shape.population) for shape in self._shapes]
         self._seed, self._threads = seed, threads
 
     def moments(self, count: int, progress: bool = False) -> SimulatedMoments:

@@ -114,7 +114,7 @@ class DirectModel(Table):
         return f"<tablegen.DirectModel {self.pair}: {self.covered}>"
 
 
-def silent_model(config: Config, population: Population | None = None) -> DirectModel:
+def model_without_warnings(config: Config, population: Population | None = None) -> DirectModel:
     """Make a model that gives no warnings.
 
     It is for programs that simulate on purpose where the pair was not measured.

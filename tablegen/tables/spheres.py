@@ -13,7 +13,7 @@ from sampler.formats.shape_geometry import geometry_of_shape
 from sampler.table import Table
 from tablegen.config.config import Config, stored_config
 from tablegen.model.impacts import GRAZING
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 from tablegen.simulation.sphere_rebounds import sphere_laws
 from tablegen.tables.assembly import accuracy_datasets, table_contents
 
@@ -62,7 +62,7 @@ def largest_difference(contents: TableContents, seed: int | None) -> float:
     speed = rng.uniform(*config.domain.speed, size=_IMPACTS)
     spin = rng.uniform(-_MOST_SPIN, _MOST_SPIN, (_IMPACTS, 3))
     spin[::2] = 0.0
-    model = silent_model(config.with_changes({"model": {"tolerance": _TOLERANCE}}))
+    model = model_without_warnings(config.with_changes({"model": {"tolerance": _TOLERANCE}}))
     index, table = np.arange(_IMPACTS), Table(contents)
     simulated = model.sample(alpha1, speed, spin=spin, seed=1, index=index, hit=0)
     drawn = table.sample(alpha1, speed, spin=spin, seed=1, index=index, hit=0)

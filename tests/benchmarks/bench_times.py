@@ -34,7 +34,7 @@ from sampler.formats.hdf5 import read_table
 from sampler.formats.image import write_binary_table
 from sampler.library import Impacts, Rebounds
 from tablegen.config.config import load_config
-from tablegen.simulation.direct import DirectModel, silent_model
+from tablegen.simulation.direct import DirectModel, model_without_warnings
 from tablegen.simulation.direct_law import DirectParts
 from tablegen.simulation.exported_law import Target, direct_files
 
@@ -230,7 +230,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=11)
     parser.add_argument("--write", action="store_true", help="write the table into EMBEDDING.md")
     options = parser.parse_args()
-    model = silent_model(load_config(PAIR))
+    model = model_without_warnings(load_config(PAIR))
     laws = {PAIR: sampler.load(PAIR), COMPACT: sampler.load(COMPACT), DIRECT: model}
     measured = {}
     with tempfile.TemporaryDirectory() as folder:

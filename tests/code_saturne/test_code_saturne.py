@@ -16,7 +16,7 @@ import sampler
 from sampler.files import find_table
 from sampler.formats.hdf5 import read_table
 from tablegen import load_config
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 
 pytestmark = pytest.mark.study
 
@@ -90,7 +90,7 @@ def test_direct_simulation_is_that_of_the_model(work, libraries, tmp_path):
     given = {"step": STEP, "particles": COUNT}
     given["text"] = saturne_run.settings(direct=libraries["fits"])
     folder = saturne_run.run(work, tmp_path / "direct", 100, **given)
-    model = silent_model(load_config("corundum-steel"))
+    model = model_without_warnings(load_config("corundum-steel"))
     assert check(model, *particles(folder), 100 * STEP).max() > 4
 
 

@@ -13,7 +13,7 @@ from documents import ROOT
 from tablegen.config.config import load_config
 from tablegen.config.population import MeshShape, Population
 from tablegen.simulation import exported_law
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 from tablegen.simulation.direct_law import (
     VERSION,
     DirectLaw,
@@ -107,7 +107,7 @@ def hits_in_c(program, given, tmp_path, roughness=0.0, batch=512):
 
 def hits_in_python(case, given, roughness=0.0):
     """Results of the same hits by `DirectModel`."""
-    model, n = silent_model(*CASES[case]), len(given)
+    model, n = model_without_warnings(*CASES[case]), len(given)
     velocity, normal, half_size = given[:, :3], given[:, 3:6], given[:, 6]
     omega, inertia, results = np.zeros((n, 3)), np.zeros(n), np.empty((3, n, 10))
     rough = {"roughness": roughness, "isotropic": True} if roughness else {}

@@ -175,7 +175,7 @@ def test_versions_agree():
     [
         (["file"], "folder: file is a file; give a new folder"),
         (["full"], "folder: full exists; give a new folder"),
-        (["new", "nothing"], "table: got 'nothing', allowed: a name ("),
+        (["new", "nothing"], "table: there is no .h5 file 'nothing'; the installed names are "),
         (["new", "file"], "file: this is no HDF5 file"),
         (["new", "corundum-steel", "full/corundum-steel.h5"], "would both become corundum-steel"),
         (["none/new"], "folder: cannot write none/new: there is no folder "),

@@ -19,7 +19,7 @@ from sampler.files import find_table
 from sampler.formats.hdf5 import read_table
 from sampler.formats.image import write_binary_table
 from tablegen import load_config
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 from tablegen.tables.prune import pruned
 
 pytestmark = [pytest.mark.study, pytest.mark.filterwarnings("ignore::sampler.OutsideTableWarning")]
@@ -112,7 +112,7 @@ def libraries(tmp_path_factory):
 
 @both_clouds
 def test_direct_simulation_is_that_of_the_model(work, libraries, started, cloud, tmp_path):
-    *after, hits = shots.replay(silent_model(load_config("corundum-steel")), started, END)
+    *after, hits = shots.replay(model_without_warnings(load_config("corundum-steel")), started, END)
     edits = [LONG, with_entries(f'directFile "{libraries["fits"].as_posix()}";')]
     case = {"edits": edits, "end": f"{END}"}
     fields, log = shots.run_shots(work, tmp_path / "case", started, cloud, **case)

@@ -450,7 +450,7 @@ class TestCodes:
             ("works", [0.0, 0.0]),
         ):
             refused(name, table.rebound, *given, seed=1, index=0, **{name: array})
-        with pytest.raises(InputError, match=r"^works: .*the table made-up has no works"):
+        with pytest.raises(InputError, match=r"^works: .*the table made-up does not store works"):
             table.rebound(*given, seed=1, index=0, works=np.zeros(2))
 
 

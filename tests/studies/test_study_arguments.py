@@ -11,8 +11,9 @@ import pytest
         (
             "how_sure",
             ["--pairs", "corundum-steel", "no-such-pair"],
-            "got 'no-such-pair'",
+            "there is no .toml file 'no-such-pair'",
         ),
+        ("hops", ["--grains", "0"], "argument --grains: give 1 or more"),
         ("how_sure", ["--seed", "1.5"], "argument --seed: invalid int value"),
         ("openfoam_bend", ["no/such/folder"], "there is no folder no/such/folder"),
         ("wall_cost", ["--grains", "0"], "argument --grains: give 1 or more"),

@@ -74,7 +74,7 @@ def test_tables_are_direct_simulation_and_spheres_are_not(models, config, count,
     """Columns agree within three standard errors; equal laws would fail with 2 % of seeds."""
     compact = wall_laws.table_law(sampler.load("corundum-steel-compact"))
     laws, results, model = models | {"compact table": compact}, {}, DirectModel(config)
-    for number, name in enumerate(wall_laws.LOOKS):
+    for number, name in enumerate(wall_laws.PLOT_STYLES):
         if name in ("direct simulation", "table", "compact table", "sphere"):
             given = laws[name], model, count, SIZES, 100 * seed + number, tqdm(disable=True)
             results[name] = cylinders.figures_of(cylinders.follow(*given), *SIZES)

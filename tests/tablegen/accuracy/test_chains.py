@@ -12,7 +12,7 @@ from tablegen.accuracy.judgement import judge
 from tablegen.accuracy.measure import measure_chains
 from tablegen.config.config import load_config
 from tablegen.simulation.billiard import GEOMETRIES, kinds_of_grains
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 
 CONFIG = load_config("corundum-steel")
 TARGETS = CONFIG.spin_targets
@@ -22,7 +22,7 @@ KINDS = ["ellipsoid", "prism", "truncated-prism", "tetrahedron", "disc"]
 @cache
 def direct():
     """Direct simulation of the shipped pair."""
-    return silent_model(CONFIG)
+    return model_without_warnings(CONFIG)
 
 
 def missed(hits, targets=TARGETS):

@@ -35,7 +35,7 @@ def test_files_are_named_as_they_were_typed(refused, tmp_path):
     line = refused("simulate", *flags(SIMULATE, output | {"--shape": None, "--particle": none}))
     assert line == f"--particle: there is no file {none}"
     line = refused("simulate", *flags(SIMULATE, output | {"--pair": "none"}))
-    assert line.startswith("--pair: got 'none'")
+    assert line.startswith("--pair: there is no .toml file 'none'; the installed names are ")
     scene = tmp_path / "scene.toml"
     scene.write_text('name = "m"\npair = "demo"\n[[population.meshes]]\nfile = "none.stl"\n')
     line = refused("generate", scene, "--output", tmp_path / "t.h5")
@@ -95,7 +95,10 @@ def test_files_beside_an_output_are_kept(refused, tmp_path):
     [
         (("--conditions", "0"), "--conditions: got '0'"),
         (("--samples", "999"), "--samples: got '999'"),
-        (("--alpha", "40", "--alpha", "41"), "--alpha and --speed: got 2 and 0"),
+        (
+            ("--alpha", "40", "--alpha", "41"),
+            "--speed: there are 2 angles and 0 speeds",
+        ),
         (("--alpha", "50", "--speed", "99"), "alpha: got 50 degrees"),
         (("--accuracy", "good"), "--accuracy: got 'good'"),
         (

@@ -62,7 +62,7 @@ def test_angles_alone_rank_nothing(run, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ((*GRANT[:2], "--measured", "nobody"), "--measured: got 'nobody'"),
+        ((*GRANT[:2], "--measured", "nobody"), "--measured: there is no .csv file 'nobody'"),
         ((*GRANT, "--wall-tilt", "30"), "--wall-tilt: got '30'"),
         ((*GRANT, "--shape", "cube"), "'--shape'"),
         ((*GRANT, "--picture", "c.gif"), "--picture: got c.gif"),

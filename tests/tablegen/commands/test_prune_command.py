@@ -50,7 +50,7 @@ def test_a_scene_may_leave_the_pair_out(run, other):
         ((), "no option says what to keep; give --scene, --dimension or --variables"),
         (("--variables", "u,x"), "--variables: got 'u,x'"),
         (("--dimension", 2, "--variables", "u,w"), "domain.variables: got ['u', 'w']"),
-        (("--scene", "nowhere"), "--scene: got 'nowhere'"),
+        (("--scene", "nowhere"), "--scene: there is no .toml file 'nowhere'"),
     ],
 )
 def test_bad_flags_are_refused(refused, other, words, reason):

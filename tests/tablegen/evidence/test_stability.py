@@ -24,7 +24,7 @@ from tablegen.evidence.stability_text import (
     failure_lines,
     worst_rows,
 )
-from tablegen.simulation.direct import DirectModel, silent_model
+from tablegen.simulation.direct import DirectModel, model_without_warnings
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
@@ -182,7 +182,7 @@ def test_failures_of_a_chain_are_named(monkeypatch, spoil, kind):
         raise InputError("", problem="still in contact")
 
     monkeypatch.setattr(DirectModel, "rebound", rebound)
-    model, index = silent_model(CONFIG), np.arange(10, dtype=np.uint64)
+    model, index = model_without_warnings(CONFIG), np.arange(10, dtype=np.uint64)
     start = rolling_arrivals(index, (1.0, 0.5))._replace(
         inertia=np.zeros(10), omega=np.zeros((10, 3))
     )

@@ -67,7 +67,7 @@ def test_grains_are_tried_and_the_spreads_choose(tmp_path, measured):
     lines = list(fit_lines(calibration))
     assert " grains give all 7; the worst is " in lines[0]
     assert lines[1].startswith("spreads: ")
-    assert lines[-1].startswith("numbers: the means do not determine restitution at 5°")
+    assert lines[-1].startswith("not determined by the means: restitution at 5°")
     assert np.isnan(calibration.chosen.errors[0])
     assert sum("chosen" in line for line in lines) == 1
     again = calibrate(measured, tmp_path / "b" / ".." / "a.toml", threads=2)

@@ -16,7 +16,7 @@ from tablegen.model.coulomb import PIECE_ALARM, Ending, coulomb_impulse
 from tablegen.model.rebound import COLLISION_ALARM
 from tablegen.model.rotation import ORDER
 from tablegen.model.sliding import Friction
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 COULOMB_1 = samples.SOURCE | {"law": "coulomb", "static": 1.0, "dynamic": 1.0}
@@ -179,7 +179,9 @@ def test_rebounds_end_where_the_pull_of_the_wall_is_near_the_friction(alpha_deg,
     # of the second condition some 6 did not, and particle 11659 of the first
     config = CONFIG.with_changes({"pair": {"resistance": COULOMB_1}})
     keys = {"seed": 5, "index": np.arange(9700, 11700), "hit": 0, "threads": 1}
-    rebounds = silent_model(config).sample(math.radians(alpha_deg), 200.0, spin=spin, **keys)
+    rebounds = model_without_warnings(config).sample(
+        math.radians(alpha_deg), 200.0, spin=spin, **keys
+    )
     assert (rebounds[:, 1] > 0.0).all()
 
 
@@ -191,7 +193,7 @@ def test_a_path_that_does_not_end_is_an_error_that_names_the_row(monkeypatch):
 
     monkeypatch.setattr(MaterialPair, "kernel_arguments", broken)
     config = CONFIG.with_changes({"pair": {"resistance": COULOMB_1}})
-    model, given = silent_model(config), ([10.0, -20.0, 0.0], [0.0, 1.0, 0.0], 1e-5)
+    model, given = model_without_warnings(config), ([10.0, -20.0, 0.0], [0.0, 1.0, 0.0], 1e-5)
     with pytest.raises(InputError, match=r"did not leave the wall; .* at row 0 "):
         model.sample(0.5, 100.0, seed=1, index=range(3))
     for roughness in (None, 0.1):

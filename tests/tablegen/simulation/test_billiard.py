@@ -14,7 +14,7 @@ from tablegen.simulation.billiard import (
     follow_grains,
     kinds_of_grains,
 )
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 from tablegen.simulation.impact_chains import ANY_ANGLES
 
 CONFIG = load_config("corundum-steel")
@@ -30,7 +30,7 @@ class Mirror:
 
 
 def test_grains_of_each_kind_are_found():
-    model = silent_model(CONFIG)
+    model = model_without_warnings(CONFIG)
     kinds = kinds_of_grains(model, 3, 50)
     assert list(kinds) == ["ellipsoid", "prism", "truncated-prism", "tetrahedron", "disc"]
     assert {len(index) for index in kinds.values()} == {50}

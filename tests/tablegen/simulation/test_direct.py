@@ -17,7 +17,7 @@ from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import load_config
 from tablegen.model.shapes import FIRST_MESH
 from tablegen.parallel import LONGEST_SLICE
-from tablegen.simulation.direct import DirectModel, silent_model
+from tablegen.simulation.direct import DirectModel, model_without_warnings
 from tablegen.simulation.simulate import make_condition, simulate_condition
 
 CONFIG = load_config("corundum-steel")
@@ -31,12 +31,12 @@ KEYS = {"seed": 4, "index": np.arange(500), "hit": 1}
 @cache
 def model():
     """Model of the shipped pair; made by the first test, which may have to compile it."""
-    return silent_model(CONFIG)
+    return model_without_warnings(CONFIG)
 
 
 @cache
 def crowded():
-    return silent_model(CONFIG, CROWD)
+    return model_without_warnings(CONFIG, CROWD)
 
 
 def mixed_impacts(n, seed=1):
@@ -70,7 +70,7 @@ class TestAgainstSimulate:
         alpha, index = np.radians(alpha_deg), np.arange(300)
         given = {"spin": spin, "inertia": inertia or 0.0, "population": SOLID}
         simulation = tablegen.simulate(CONFIG, alpha, 170.0, 300, seed=7, **given)
-        model, after = silent_model(CONFIG, SOLID), np.empty(300)
+        model, after = model_without_warnings(CONFIG, SOLID), np.empty(300)
         keys = {"seed": 7, "index": index, "hit": 0, "inertia_after": after}
         states = model.sample(alpha, 170.0, spin=spin, inertia=inertia, **keys)
         np.testing.assert_array_equal(states, simulation.state)
@@ -261,7 +261,7 @@ BEYOND = [
 
 @pytest.mark.parametrize(("change", "kind", "nearest"), BEYOND)
 def test_beyond_its_range_the_nearest_impact_is_simulated_and_counted(change, kind, nearest):
-    model = silent_model(CONFIG, CONFIG.population.restricted_to("ellipsoid"))
+    model = model_without_warnings(CONFIG, CONFIG.population.restricted_to("ellipsoid"))
     usual = {"alpha1": 0.5, "speed": 100.0, "spin": np.zeros(3), "grain": (0.0, 0.7, 0.5)}
     usual |= {"seed": 1, "index": np.arange(40), "hit": 0}
     states = model.sample(**usual | change)
@@ -296,7 +296,7 @@ def test_codes_of_rows_in_place_of_errors():
 
 def test_moments_and_quantiles_are_those_of_simulations():
     """Within six standard errors of both sides."""
-    model = silent_model(CONFIG, CONFIG.population.restricted_to("prism"))
+    model = model_without_warnings(CONFIG, CONFIG.population.restricted_to("prism"))
     states = tablegen.simulate(
         CONFIG, 0.6, 120.0, 200_000, seed=5, population=CONFIG.population.restricted_to("prism")
     ).state
@@ -339,7 +339,10 @@ def test_first_bad_row_is_named_whatever_the_batches():
 )
 def test_works_balance_the_energy_of_spinning_particles(resistance):
     pair = {"pair": {"resistance": resistance}} if resistance else {}
-    model, n = silent_model(CONFIG.with_changes({"model": {"tolerance": 1e-13}} | pair)), 400
+    model, n = (
+        model_without_warnings(CONFIG.with_changes({"model": {"tolerance": 1e-13}} | pair)),
+        400,
+    )
     rng, works = np.random.default_rng(8), np.empty((400, 2))
     code, b, cb = rng.integers(0, 2, n), *rng.uniform(0.5, 1.0, (2, n))
     c2, k = (b * cb) ** 2, np.where(code == 0, 0.2, 1.0 / 3.0)

@@ -10,7 +10,7 @@ from spin_laws import effective_speed
 
 from tablegen.config.config import load_config
 from tablegen.model.model_bounds import MOST_TURNED
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 from tablegen.simulation.direct_law import DirectLaw
 from tablegen.simulation.impact_chains import (
     energy_factor,
@@ -32,7 +32,7 @@ def law():
 
 
 def grains():
-    return silent_model(CONFIG).grains(3, INDEX)
+    return model_without_warnings(CONFIG).grains(3, INDEX)
 
 
 @pytest.fixture(scope="module")

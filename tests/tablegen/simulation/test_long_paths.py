@@ -9,7 +9,7 @@ from tablegen.config.config import load_config
 from tablegen.model.rebound import MOTION_SIZE
 from tablegen.model.rotation import set_orientation
 from tablegen.model.shapes import MAX_VERTICES
-from tablegen.simulation.direct import silent_model
+from tablegen.simulation.direct import model_without_warnings
 
 CONFIG = load_config("corundum-steel")
 SHAPES = ("ellipsoid", "prism", "truncated-prism", "tetrahedron")
@@ -24,7 +24,7 @@ SPANS = ((1, 2), (2, 6), (6, 10), (10, 20), (20, 40))
 
 def model_of(shape):
     weights = {name: float(name == shape) for name in SHAPES}
-    return silent_model(CONFIG.with_changes({"population": {"shapes": weights}}))
+    return model_without_warnings(CONFIG.with_changes({"population": {"shapes": weights}}))
 
 
 def kept(model, grains, seed, turns=FEW_TURNS):

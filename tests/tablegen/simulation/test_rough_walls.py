@@ -10,7 +10,7 @@ from rough_wall import facets, seed_of_bounce
 import sampler
 from sampler.arguments import MAX_ROUGHNESS
 from tablegen.config.config import load_config
-from tablegen.simulation.direct import DirectModel, silent_model
+from tablegen.simulation.direct import DirectModel, model_without_warnings
 
 UP, HALF_SIZE, N = np.array([0.0, 1.0, 0.0]), 1e-5, 400
 IDS = np.arange(N)
@@ -21,7 +21,7 @@ OMEGA = np.array([1e5, -2e5, -4e6])
 @cache
 def model():
     """Model of the shipped pair; made by the first test, which may have to compile it."""
-    return silent_model(load_config("corundum-steel"))
+    return model_without_warnings(load_config("corundum-steel"))
 
 
 @pytest.mark.parametrize("isotropic", [False, True])
