@@ -195,6 +195,12 @@ def spin_constants() -> str:
         "GATE_UNIT": f"(1.0f / {bounds.GATE_UNIT}.0f)",
         "MEAN_UNIT": f"(1.0f / {bounds.MEAN_UNIT}.0f)",
         "FACTOR_UNIT": f"(1.0f / {bounds.FACTOR_UNIT}.0f)",
+        **{
+            f"SLOWEST_{name}": f"{number!r}f"
+            for name, number in zip(
+                ("SHIFT", "SQUARE", "FACTOR", "CORE"), bounds.SLOWEST, strict=True
+            )
+        },
     }
     inputs = (*bounds.CONDITIONS, "square", *bounds.RATIOS, "rows")
     lines = [f"#define RBTI_{name} {number}" for name, number in numbers.items()]

@@ -202,6 +202,16 @@ SCORE_MAX = 6.0
 #: are bounded, and with what the layout allows of inputs every draw is finite.
 GATE_UNIT, MEAN_UNIT, FACTOR_UNIT = 512, 2048, 4096
 
+#: The first group of a leaf makes the slowest rebounds. There the distribution function of v grows
+#: as v^2, and its normal score is distributed as the lower tail of a normal law. So the normal
+#: number n of p_v becomes
+#:
+#:     SHIFT - sqrt(SQUARE + FACTOR (sqrt((n - 1)^2 + CORE) - (n - 1))^2),
+#:
+#: which has the mean 0, the variance 1, and, within a hundredth, the distribution of normal numbers
+#: below their quantile at 0.01. The numbers are SHIFT, SQUARE, FACTOR and CORE.
+SLOWEST = (15.146, 196.0, 3.0, 2.5)
+
 #: Groups of a leaf, and experts of a group: a draw makes eight sums at once, so both are eight.
 #: The same in every law, so that the compiler knows how
 #: many weights lie side by side; those that a leaf does not need have a weight of almost 0.

@@ -48,10 +48,6 @@ _LOG = logging.getLogger("tablegen")
 PLANE = ("u", "v", "omega_z")
 _OUT_OF_PLANE = ("w", "omega_x", "omega_y")
 
-#: Speeds after walls over the speed before the first wall: after the sixth, and after the second.
-#: Few particles are slower.
-_SLOWED_BY_SIX, _SLOWED_BY_TWO = 0.02, 0.05
-
 #: A largest angle of fewer degrees than this was probably given in radians.
 _LIKE_RADIANS = 2.0
 
@@ -238,18 +234,6 @@ class Config(Record):
             if limit > 1.0:
                 lines.append(f"accuracy.{name}: any table is within {limit:g}")
         return lines
-
-    @property
-    def speeds(self) -> tuple[float, float]:
-        """Range of impact speeds [m/s] that are simulated for the spin law.
-
-        It includes the speeds at which particles meet the next walls, where the law of a pair that
-        was measured at a few speeds is extrapolated. If rebounds do not depend on the speed, there
-        are several such walls.
-        """
-        first, last = self.domain.speed
-        depends = self.pair.restitution.depends_on_speed
-        return min(first, (_SLOWED_BY_TWO if depends else _SLOWED_BY_SIX) * last), last
 
     def with_changes(self, changes: Tree) -> "Config":
         """Return a configuration with some fields changed, by the rules of a scene.

@@ -39,6 +39,7 @@ from tablegen.fitting.spin_coordinates import (
     kappa_from_place,
 )
 from tablegen.model.float_array import FloatArray
+from tablegen.model.model_bounds import SPEED
 from tablegen.simulation.direct_law import DirectLaw
 from tablegen.simulation.impact_chains import (
     Impacts,
@@ -54,9 +55,11 @@ from tablegen.simulation.impact_chains import (
 #: wall at any angle, and meet the next wall at any angle.
 LAW_ALPHA_DEG = (0.05, 90.0)
 
-#: Largest V_e over the largest speed V. A draw for a grain with a larger V_e uses this one, and is
-#: counted. Few grains have such a spin, of 2.7 V/a or more at the largest speed.
-FASTEST = 2.0
+#: Least and largest V_e over the largest speed V of a configuration; a draw for a grain with
+#: another V_e uses the nearest one, and is counted. Hits take energy, so grains that are about to
+#: rest are a thousand times slower than when they came in. Few grains have a spin of 2.7 V/a or
+#: more at the largest speed.
+SLOWEST, FASTEST = 3e-4, 2.0
 
 #: Shares of the impacts of chains and of their neighbours; the other impacts are spread.
 _CHAIN_SHARE, _NEIGHBOUR_SHARE = 0.6, 0.15
@@ -107,8 +110,9 @@ class LawRange(NamedTuple):
 def covered_range(config: Config) -> LawRange:
     """Find the range of impacts that the spin law of a configuration covers."""
     first, last = min(config.domain.alpha_deg[0], LAW_ALPHA_DEG[0]), LAW_ALPHA_DEG[1]
-    low, high = config.speeds
     alpha = math.radians(first), min(math.radians(last), math.pi / 2.0)
+    slow, high = config.domain.speed
+    low = max(min(slow, SLOWEST * high), SPEED.low)
     return LawRange(alpha, (low, high), (low, FASTEST * high))
 
 
@@ -149,9 +153,8 @@ def draw_grains(
 
 
 def _draw_speeds(low: float, high: float, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw speeds: half are uniform, and half are uniform in the logarithm."""
-    logarithmic = _log_uniform((low, high), count, rng)
-    return np.where(rng.random(count) < 0.5, logarithmic, rng.uniform(low, high, count))
+    """Draw speeds that are uniform in the cube root, so that slow ones are not rare."""
+    return rng.uniform(np.cbrt(low), np.cbrt(high), count) ** 3
 
 
 def _log_uniform(ends: tuple[float, float], count: int, rng: np.random.Generator) -> FloatArray:

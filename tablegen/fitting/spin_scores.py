@@ -10,7 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import softmax
 
-from sampler.formats.bounds import FACTOR_UNIT, GATE_UNIT, GROUP_SIZE, MEAN_UNIT, SCORE_MAX
+from sampler.formats.bounds import (
+    FACTOR_UNIT,
+    GATE_UNIT,
+    GROUP_SIZE,
+    MEAN_UNIT,
+    OUTCOMES,
+    SCORE_MAX,
+    SLOWEST,
+)
 
 
 class StoredExperts(NamedTuple):
@@ -37,6 +45,8 @@ def bounded_scores(
     scores = rng.standard_normal((len(features), outcomes), dtype=np.float32)
     uniform = rng.random((len(features), 2), dtype=np.float32)
     groups = _choose(features, stored.group_gate, uniform[:, 0])
+    slowest, p_v = groups == 0, OUTCOMES.index("p_v")
+    scores[slowest, p_v] = _slowest_normals(scores[slowest, p_v])
     for group in range(len(stored.gate)):
         rows = np.flatnonzero(groups == group)
         experts = _choose(features[rows], stored.gate[group], uniform[rows, 1])
@@ -47,6 +57,16 @@ def bounded_scores(
             mean = stored.mean[number] / np.float32(MEAN_UNIT)
             scores[expert_rows] = features[expert_rows] @ mean + scores[expert_rows] @ factor.T
     return np.asarray(scores / np.sqrt(1.0 + scores**2 / np.float32(SCORE_MAX**2)))
+
+
+def _slowest_normals(normals: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Convert normal numbers to those of p_v of the slowest rebounds (`SLOWEST`)."""
+    shift, square, factor, core = SLOWEST
+    x = normals - np.float32(1.0)
+    above = np.sqrt(x * x + np.float32(core)) - x
+    return np.asarray(
+        np.float32(shift) - np.sqrt(np.float32(square) + np.float32(factor) * above * above)
+    )
 
 
 def _choose(

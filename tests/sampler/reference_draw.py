@@ -298,7 +298,11 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     lower = np.zeros((n, n))
     lower[np.tril_indices(n)] = contents["spin/factor"][leaf, expert] / 4096.0
     z = features @ (contents["spin/mean"][leaf, expert] / 2048.0)
-    z = z + lower @ ndtri((np.array(w[2:8] + w[9:11])[:n] + 0.5) / 2**32)
+    normals = ndtri((np.array(w[2:8] + w[9:11])[:n] + 0.5) / 2**32)
+    if group == 0:  # the slowest rebounds
+        above = math.sqrt((normals[1] - 1.0) ** 2 + 2.5) - (normals[1] - 1.0)
+        normals[1] = 15.146 - math.sqrt(196.0 + 3.0 * above**2)
+    z = z + lower @ normals
     # 6. outcomes
     quantiles = contents["spin/quantiles"][leaf]
     knots = np.linspace(-6.0, 6.0, quantiles.shape[1])

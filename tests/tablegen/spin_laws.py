@@ -3,6 +3,7 @@
 import numpy as np
 
 from sampler.formats.bounds import CONDITIONS
+from tablegen.fitting.law_conditions import covered_range
 from tablegen.fitting.spin_coordinates import SPIN_RANGE
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
@@ -36,7 +37,7 @@ def _occurring(config, model, seed, index):
         departures = simulate_departures(model, impacts, seed, threads=1)
         impacts = next_impacts(departures, any_wall, rng.random((len(any_wall), 2)))
         covered = impacts.alpha1 >= np.radians(config.domain.alpha_deg[0])
-        covered &= effective_speed(impacts) >= config.speeds[0]
+        covered &= effective_speed(impacts) >= covered_range(config).effective[0]
         covered &= np.linalg.norm(impacts.spin, axis=1) <= SPIN_RANGE[1]
         taken.append(impacts.select(covered & (wanted == number)))
         going = covered & (wanted > number)

@@ -144,12 +144,23 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, size_t outcomes, const 
     }
 }
 
+/* The normal number of p_v of the slowest rebounds: its law is the lower tail of a normal law, with the
+   mean 0 and the variance 1. */
+RBTI_INLINE RBT_DEVICE float rbti_slowest_normal(float n)
+{
+    const float x = n - 1.0f, above = sqrtf(x * x + RBTI_SLOWEST_CORE) - x;
+    return RBTI_SLOWEST_SHIFT - sqrtf(RBTI_SLOWEST_SQUARE + RBTI_SLOWEST_FACTOR * above * above);
+}
+
 /* Step 5: normal numbers become scores, by the means and the factor of the expert. Eight sums are always
    made; only those of outcomes are used. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, size_t outcomes, const rbt_spin_law *law,
                                              rbti_spin_draws *d)
 {
     const size_t stride = rbti_expert_stride(outcomes);
+    float *normals = d->scores + RBTI_OUT_P_V * m;
+    RBTI_EACH_DRAW(r)
+        normals[r] = d->group[r] % RBTI_GROUPS ? normals[r] : rbti_slowest_normal(normals[r]);
     for (size_t k = 0; k < outcomes; k++) {
         RBTI_EACH_DRAW(r)
             d->scores[k * m + r] *= RBTI_FACTOR_UNIT;

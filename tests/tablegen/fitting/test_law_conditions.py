@@ -39,6 +39,9 @@ from tablegen.simulation.impact_chains import first_impacts, simulate_departures
 
 CONFIG = load_config("corundum-steel")
 DOMAIN = covered_range(CONFIG)
+
+#: Speeds [m/s] between which conditions are dense.
+SPEED_EDGES = [0.09, 1.0, 5.0, 15.0, 40.0, 100.0, 200.0, 300.0]
 N = 4000
 PRISM = SHAPE_CODES["prism"]
 
@@ -78,10 +81,11 @@ def check_range(impacts):
 
 
 def test_range_is_that_of_the_law_whatever_the_first_impacts_are():
-    assert ((math.radians(0.05), math.pi / 2.0), (5.0, 300.0), (5.0, 600.0)) == DOMAIN
+    # grains that are about to rest are a thousand times slower than when they came in
+    low = 3e-4 * 300.0
+    assert ((math.radians(0.05), math.pi / 2.0), (low, 300.0), (low, 600.0)) == DOMAIN
     narrow = CONFIG.with_changes({"domain": {"alpha_deg": [30.0, 60.0], "speed": [60.0, 100.0]}})
-    # the next walls are met at lower speeds
-    assert covered_range(narrow) == (DOMAIN.alpha, (5.0, 100.0), (5.0, 200.0))
+    assert covered_range(narrow) == (DOMAIN.alpha, (0.03, 100.0), (0.03, 200.0))
     flat = CONFIG.with_changes({"domain": {"alpha_deg": [0.01, 60.0]}})
     assert covered_range(flat).alpha == (math.radians(0.01), math.pi / 2.0)
 
@@ -97,7 +101,7 @@ class TestSpread:
         alpha = np.degrees(spread.alpha1)
         assert (shares(alpha, [0.05, 0.2, 1.0, 5.0, 15.0, 30.0, 60.0, 90.0]) > 0.01).all()
         effective = effective_speed(spread)
-        assert (shares(effective, [5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 300.0]) > 0.05).all()
+        assert (shares(effective, SPEED_EDGES) > 0.05).all()
         assert shares(effective, [300.0, 600.0])[0] > 0.05
 
     def test_spins_fill_the_range_in_size_and_direction(self, spread):
@@ -164,7 +168,7 @@ class TestChains:
             np.linalg.norm(some.spin - [0.0, 0.0, -1.0], axis=1) < 0.1 for some in (early, late)
         ]
         assert rolls[0].mean() < 0.02 < 0.04 < rolls[1].mean()
-        assert np.median(late.spin[flat[1], 2]) == pytest.approx(-1.0, abs=0.1)
+        assert np.median(late.spin[flat[1], 2]) == pytest.approx(-1.0, abs=0.15)
 
     def test_inertias_after_first_hits_are_those_of_any_orientation(self, chains):
         """They turn about their long axis less than uniform orientations would."""
@@ -202,7 +206,7 @@ def test_impacts_without_spin_fill_the_range():
     assert (
         shares(np.degrees(impacts.alpha1), [0.05, 0.5, 5.0, 30.0, 60.0, 85.0, 90.0]) > 0.02
     ).all()
-    assert (shares(impacts.speed, [5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 300.0]) > 0.05).all()
+    assert (shares(impacts.speed, SPEED_EDGES) > 0.05).all()
     # the law changes most within a degree of normal impact
     assert shares(impacts.alpha1, np.radians([89.0, 90.0]))[0] > 0.02
 
