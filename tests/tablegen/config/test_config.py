@@ -104,9 +104,10 @@ class TestScene:
         assert config.table.speed_nodes == (5.0, 300.0)
 
     def test_unusable_scenes(self):
-        for pair in ("gold-glass", "demo"):
-            line = line_about(f'name = "a"\npair = "{pair}"\n')
-            assert line.startswith(f"pair: got '{pair}', ")
+        line = line_about('name = "a"\npair = "gold-glass"\n')
+        assert line.startswith("pair: there is no .toml file 'gold-glass'; ")
+        line = line_about('name = "a"\npair = "demo"\n')
+        assert line.startswith("pair: got 'demo', ")
         assert line_about('pair = "corundum-steel"\n').startswith("name: is missing, ")
 
 
