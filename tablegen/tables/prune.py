@@ -143,11 +143,12 @@ def _spin_law(
 ) -> dict[str, NDArray[Any]]:
     """Cut the speeds that a spin law covers to the nodes that are kept, and the works, if they go.
 
-    Its angles stay: grains leave a wall at any angle, and meet the next wall so.
+    Its angles stay: grains leave a wall at any angle, and meet the next wall so. Where no slow node
+    goes, its slow speeds stay, too: grains get slower from hit to hit.
     """
-    speeds = contents["spin/speed_range"].copy()
-    if not contents.speed_independent:  # the last one scales the coordinate
-        speeds[0] = cut["axes/speed"][0]
+    speeds, slowest = contents["spin/speed_range"].copy(), cut["axes/speed"][0]
+    if slowest > contents["axes/speed"][0]:  # the last one scales the coordinate
+        speeds[0] = slowest
     cut_law = {"spin/speed_range": speeds}
     if works:
         return cut_law

@@ -170,6 +170,18 @@ def test_the_spin_law_keeps_its_angles_and_cuts_its_speeds(spinning, tmp_path):
     assert part.counts["angle"] == 2
 
 
+def test_grains_that_got_slow_keep_their_draws(spinning, tmp_path):
+    """If a scene keeps the slowest node, the spin law still reaches far below it."""
+    whole, config = spinning
+    prune(whole, config.with_changes({"domain": {"variables": list(STATE)}}), tmp_path / "cut.h5")
+    full, part = sampler.load(whole), sampler.load(tmp_path / "cut.h5")
+    keys = {"spin": [0.3, -0.5, 0.8], "seed": 3, "index": np.arange(500), "hit": 1}
+    np.testing.assert_array_equal(
+        part.sample(0.8, 1.0, **keys), full.sample(0.8, 1.0, **keys)[:, : len(STATE)]
+    )
+    assert part.counts["speed"] == 0
+
+
 def test_cut_table_says_what_it_is(wide, tmp_path):
     cut = tmp_path / "cut.h5"
     prune(wide, _scene(variables=["u", "v"], alpha_deg=[31.0, 49.0]), cut)
