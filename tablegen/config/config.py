@@ -104,7 +104,7 @@ class TableSettings(Record):
     #: Spin law: leaves in the tree of a shape, groups of experts in a leaf, experts in a group, and
     #: simulated rebounds in a leaf.
     spin_leaves: Annotated[int | None, Field(ge=1, le=1024)] = None
-    spin_groups: Annotated[int | None, Field(ge=1, le=N_GROUPS)] = None
+    spin_groups: Annotated[int | None, Field(ge=2, le=N_GROUPS)] = None
     spin_experts: Annotated[int | None, Field(ge=1, le=GROUP_SIZE)] = None
     spin_rebounds: Annotated[int | None, Field(ge=1000, le=10**8)] = None
 

@@ -29,6 +29,7 @@ population.aspect = {mean = 9.0} => population.aspect.range: got [0.5, 1], ... (
 population.meshes = [{file = "none.stl"}] => population.meshes[0].file: there is no file none.stl
 population.meshes = [{vertices = [[0, 0, 0]]}] => population.meshes[0].vertices: got [[0 ... or more
 table.seed = 1.0 => table.seed: got 1.0, ... integer
+table.spin_groups = 1 => table.spin_groups: got 1, ... 2
 table.quantile_knots = 256 => table.quantile_knots: got 256, ... odd
 table.speed_nodes = [5, 5, 300] => table.speed_nodes: got [5, 5, 300], ... each larger
 table.speed_nodes = [60, 300] => table.speed_nodes: got [60, 300], ... domain.speed, [5, 300]
