@@ -196,9 +196,9 @@ def spin_constants() -> str:
         "MEAN_UNIT": f"(1.0f / {bounds.MEAN_UNIT}.0f)",
         "FACTOR_UNIT": f"(1.0f / {bounds.FACTOR_UNIT}.0f)",
         **{
-            f"SLOWEST_{name}": f"{number!r}f"
+            f"SLOW_TAIL_{name}": f"{number!r}f"
             for name, number in zip(
-                ("SHIFT", "SQUARE", "FACTOR", "CORE"), bounds.SLOWEST, strict=True
+                ("SHIFT", "SQUARE", "FACTOR", "CORE"), bounds.SLOW_TAIL, strict=True
             )
         },
     }

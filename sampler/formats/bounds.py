@@ -210,7 +210,7 @@ GATE_UNIT, MEAN_UNIT, FACTOR_UNIT = 512, 2048, 4096
 #:
 #: which has the mean 0, the variance 1, and, within a hundredth, the distribution of normal numbers
 #: below their quantile at 0.01. The numbers are SHIFT, SQUARE, FACTOR and CORE.
-SLOWEST = (15.146, 196.0, 3.0, 2.5)
+SLOW_TAIL = (15.146, 196.0, 3.0, 2.5)
 
 #: Groups of a leaf, and experts of a group: a draw makes eight sums at once, so both are eight.
 #: The same in every law, so that the compiler knows how

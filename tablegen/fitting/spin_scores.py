@@ -17,7 +17,7 @@ from sampler.formats.bounds import (
     MEAN_UNIT,
     OUTCOMES,
     SCORE_MAX,
-    SLOWEST,
+    SLOW_TAIL,
 )
 
 
@@ -60,8 +60,8 @@ def bounded_scores(
 
 
 def _slowest_normals(normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Convert normal numbers to those of p_v of the slowest rebounds (`SLOWEST`)."""
-    shift, square, factor, core = SLOWEST
+    """Convert normal numbers to those of p_v of the slowest rebounds (`SLOW_TAIL`)."""
+    shift, square, factor, core = SLOW_TAIL
     x = normals - np.float32(1.0)
     above = np.sqrt(x * x + np.float32(core)) - x
     return np.asarray(

@@ -148,8 +148,8 @@ RBTI_INLINE RBT_DEVICE void rbti_choose_expert(size_t m, size_t outcomes, const 
    mean 0 and the variance 1. */
 RBTI_INLINE RBT_DEVICE float rbti_slowest_normal(float n)
 {
-    const float x = n - 1.0f, above = sqrtf(x * x + RBTI_SLOWEST_CORE) - x;
-    return RBTI_SLOWEST_SHIFT - sqrtf(RBTI_SLOWEST_SQUARE + RBTI_SLOWEST_FACTOR * above * above);
+    const float x = n - 1.0f, above = sqrtf(x * x + RBTI_SLOW_TAIL_CORE) - x;
+    return RBTI_SLOW_TAIL_SHIFT - sqrtf(RBTI_SLOW_TAIL_SQUARE + RBTI_SLOW_TAIL_FACTOR * above * above);
 }
 
 /* Step 5: normal numbers become scores, by the means and the factor of the expert. Eight sums are always

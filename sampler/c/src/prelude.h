@@ -173,10 +173,10 @@ extern "C" {
 #define RBTI_GATE_UNIT (1.0f / 512.0f)
 #define RBTI_MEAN_UNIT (1.0f / 2048.0f)
 #define RBTI_FACTOR_UNIT (1.0f / 4096.0f)
-#define RBTI_SLOWEST_SHIFT 15.146f
-#define RBTI_SLOWEST_SQUARE 196.0f
-#define RBTI_SLOWEST_FACTOR 3.0f
-#define RBTI_SLOWEST_CORE 2.5f
+#define RBTI_SLOW_TAIL_SHIFT 15.146f
+#define RBTI_SLOW_TAIL_SQUARE 196.0f
+#define RBTI_SLOW_TAIL_FACTOR 3.0f
+#define RBTI_SLOW_TAIL_CORE 2.5f
 /* rows of a draw: inputs, with the squared spin that trees compare, and outcomes */
 enum { RBTI_IN_ROOT_ANGLE, RBTI_IN_SPEED, RBTI_IN_SIGMA_X, RBTI_IN_SIGMA_Y, RBTI_IN_SIGMA_Z,
        RBTI_IN_SLIP, RBTI_IN_PLACE, RBTI_IN_SQUARE, RBTI_IN_B_A, RBTI_IN_C_B, RBTI_IN_ROWS };

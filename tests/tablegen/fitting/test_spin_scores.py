@@ -4,7 +4,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 from scipy.stats import kstest
 
-from sampler.formats.bounds import SLOWEST
+from sampler.formats.bounds import SLOW_TAIL
 from tablegen.fitting.spin_scores import _slowest_normals
 
 #: Share of the rebounds that are slowest.
@@ -35,7 +35,7 @@ def test_normal_numbers_of_the_slowest_rebounds_are_a_normal_tail():
 
 def test_no_normal_number_is_too_large_for_single_precision():
     """The square roots lose no digits that matter, up to the largest normal number of a draw."""
-    shift, square, factor, core = SLOWEST
+    shift, square, factor, core = SLOW_TAIL
     x = np.linspace(-7.0, 7.0, 1001) - 1.0
     exact = shift - np.sqrt(square + factor * (np.sqrt(x * x + core) - x) ** 2)
     single = _slowest_normals((x + 1.0).astype(np.float32))
