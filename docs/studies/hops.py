@@ -84,13 +84,27 @@ def main(words=None):
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--grains", type=int, default=20_000, help="number of grains (20000)")
-    parser.add_argument("--tables", nargs="+", default=["corundum-steel", "corundum-steel-compact"])
+    parser.add_argument(
+        "--tables",
+        nargs="+",
+        default=["corundum-steel", "corundum-steel-compact"],
+        help="names, or paths of .h5 files (corundum-steel corundum-steel-compact)",
+    )
     arguments = parser.parse_args(words)
     if arguments.grains < 1:
         parser.error("argument --grains: give 1 or more")
+    try:
+        print_rests(arguments.grains, arguments.tables)
+    except sampler.InputError as error:  # for one, a table without a spin law
+        parser.error(str(error))
+
+
+def print_rests(count, names):
+    """Print the shares of grains that come to rest, by direct simulation and by tables."""
+    tables = {name: sampler.load(name) for name in names}
     model = tablegen.DirectModel(tablegen.load_config("corundum-steel"))
-    laws = {"direct simulation": model} | {name: sampler.load(name) for name in arguments.tables}
-    grains = model.grains(SEED, np.arange(arguments.grains))
+    laws = {"direct simulation": model} | tables
+    grains = model.grains(SEED, np.arange(count))
     half_size = sampler.half_size(model, DIAMETER, grains)
     shapes = [grains[:, 0] == code for code in range(len(SHAPES))]
     print("grains that come to rest within 400 hits, %")

@@ -14,6 +14,7 @@ import pytest
             "there is no .toml file 'no-such-pair'",
         ),
         ("hops", ["--grains", "0"], "argument --grains: give 1 or more"),
+        ("hops", ["--tables", "nothing"], "there is no .h5 file 'nothing'"),
         ("how_sure", ["--seed", "1.5"], "argument --seed: invalid int value"),
         ("openfoam_bend", ["no/such/folder"], "there is no folder no/such/folder"),
         ("wall_cost", ["--grains", "0"], "argument --grains: give 1 or more"),
