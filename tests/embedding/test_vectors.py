@@ -74,9 +74,13 @@ STATIC = " ".join(["-DRBT_API=static", "-Wno-unused-function", *toolchain.QUICK]
     ("compiler", "flags"),
     [
         # and gcc with sanitizers in `test_calls`
-        ("g++", STATIC), ("clang", "-O0 -DRBT_NO_MMAP"), ("clang++", "-O2"),
+        ("g++", STATIC), ("clang", "-O0 -DRBT_NO_MMAP"),
+        pytest.param("clang++", "-O2", marks=pytest.mark.toolchain),
         # where gcc may fuse multiplications and additions
-        pytest.param("gcc", f"{NATIVE} -ffp-contract=fast", marks=pytest.mark.processor),
+        pytest.param(
+            "gcc", f"{NATIVE} -ffp-contract=fast",
+            marks=[pytest.mark.processor, pytest.mark.toolchain],
+        ),
     ],
 )  # fmt: skip
 def test_c(compiler, flags, tmp_path):
@@ -90,6 +94,7 @@ def test_c(compiler, flags, tmp_path):
     assert "case 2 fails" in toolchain.run(program, *files, status=1)
 
 
+@pytest.mark.toolchain
 def test_c_where_nan_may_be_optimised_away(tmp_path):
     # all of -ffast-math but the flushing of the smallest numbers to zero, which are among the cases
     flags = "-O1 -ffinite-math-only -fassociative-math -freciprocal-math -fno-signed-zeros"
