@@ -191,7 +191,7 @@ def tree(tmp_path_factory):
     return tree
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 def test_a_contact_law(tree):
     assert "| 5 | falling |" in (tree.folder / "tables/FORMAT.md").read_text(encoding="utf-8")
     script = """
@@ -210,7 +210,7 @@ print(kernel(restitution)(config.pair.kernel_arguments(), 100.0, 1.0), state[1])
     assert [*map(float, tree.run("-c", script).split())] == pytest.approx([0.4, 0.4], rel=1e-12)
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 def test_a_shape(tree):
     header = (tree.folder / "sampler/c/rebound_sampler.h").read_text(encoding="utf-8")
     assert "RBT_SPHERE, RBT_OCTAHEDRON" in header
@@ -241,7 +241,7 @@ print(table.grains(1, 0)[0], float(np.isfinite(state).all()))
     assert numbers[-1] == 1.0
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 def test_a_variable(tree):
     script = """
 import numpy as np, sampler
@@ -260,7 +260,7 @@ for contents in (scene(names), sphere_contents(config)):
     tree.run("-W", "ignore", "-c", script)
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 def test_a_flag(tree):
     codes = (tree.folder / "sampler/CODES.md").read_text(encoding="utf-8")
     assert "| 16 `RBT_GRAZING` | the impact is flatter than 0.4 rad |" in codes

@@ -40,7 +40,7 @@ def test_floating_point_traps_end_no_call(optimised, tmp_path):
         assert int(toolchain.run(traps, image)) > 5000
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 def test_sanitizers_find_nothing_in_the_vectors_and_in_20000_records(tmp_path):
     """And each row of a record has a finite result, or NaN and the code of an error."""
     flags = ["-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]

@@ -208,14 +208,14 @@ def test_nvrtc_compiles_it_as_cupy_does():
     assert draw.count("st.local") <= 16
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 def test_nvcc_compiles_the_example(tmp_path):
     example = toolchain.INCLUDE / "tracker.cu"
     flags = ["-arch=compute_75", "-ptx", "-Xcicc", "-O0"]
     toolchain.compile_with("nvcc", [*flags, example], tmp_path / "tracker.ptx")
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 @pytest.mark.parametrize("real", ["double", pytest.param("float", marks=pytest.mark.study)])
 def test_clang_compiles_it_for_amd(real, tmp_path):
     text = toolchain.IMPLEMENTATION + '#include "rebound_device.h"\n'

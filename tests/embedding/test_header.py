@@ -34,7 +34,7 @@ def test_two_files_of_one_program(tmp_path):
     assert toolchain.run(program) == "there is not enough memory for this table\n"
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 @pytest.mark.parametrize(
     ("compiler", "processor"), [("gcc", "haswell"), ("gcc", "skylake-avx512"), ("g++", "native")]
 )

@@ -75,11 +75,11 @@ STATIC = " ".join(["-DRBT_API=static", "-Wno-unused-function", *toolchain.QUICK]
     [
         # and gcc with sanitizers in `test_calls`
         ("g++", STATIC), ("clang", "-O0 -DRBT_NO_MMAP"),
-        pytest.param("clang++", "-O2", marks=pytest.mark.toolchain),
+        pytest.param("clang++", "-O2", marks=pytest.mark.apart),
         # where gcc may fuse multiplications and additions
         pytest.param(
             "gcc", f"{NATIVE} -ffp-contract=fast",
-            marks=[pytest.mark.processor, pytest.mark.toolchain],
+            marks=[pytest.mark.processor, pytest.mark.apart],
         ),
     ],
 )  # fmt: skip
@@ -94,7 +94,7 @@ def test_c(compiler, flags, tmp_path):
     assert "case 2 fails" in toolchain.run(program, *files, status=1)
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 def test_c_where_nan_may_be_optimised_away(tmp_path):
     # all of -ffast-math but the flushing of the smallest numbers to zero, which are among the cases
     flags = "-O1 -ffinite-math-only -fassociative-math -freciprocal-math -fno-signed-zeros"

@@ -100,7 +100,7 @@ def blocks_of_page(vendored):
     return [block.text for block in blocks((vendored / "README.md").read_text(encoding="utf-8"))]
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 def test_add_subdirectory(vendored, shell, tmp_path):
     toolchain.require("cmake")
     package = f"add_subdirectory({vendored} rebound)"
@@ -109,7 +109,7 @@ def test_add_subdirectory(vendored, shell, tmp_path):
     check(shell(str(tmp_path / "build" / "in_c"), vendored))
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 def test_an_installed_folder_is_found(vendored, shell, tmp_path):
     toolchain.require("cmake")
     prefix = tmp_path / "prefix"
@@ -141,7 +141,7 @@ def test_the_package_itself_is_found_by_cmake(shell, tmp_path):
     assert found == f"{toolchain.INCLUDE} {sampler.__version__}"
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 def test_pkg_config(vendored, shell, tmp_path):
     """The commands of the page, on a solver that is the tracker."""
     toolchain.require("pkg-config")

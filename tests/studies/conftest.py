@@ -9,6 +9,13 @@ from tablegen import load_config
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "docs" / "studies"))
 
 
+@pytest.hookimpl(tryfirst=True)  # before the mark is asked for
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if item.path.parent == Path(__file__).parent:
+            item.add_marker("apart")
+
+
 @pytest.fixture(scope="session")
 def table():
     return sampler.load("corundum-steel")

@@ -24,7 +24,7 @@ def rough_bytes(tmp_path_factory):
     return path.read_bytes()
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 @needs_dask
 def test_dask_makes_the_same_bytes(rough_bytes, tmp_path):
     with open_executor("dask", workers=1) as pool:  # two: `test_running_scheduler_is_used`
@@ -33,7 +33,7 @@ def test_dask_makes_the_same_bytes(rough_bytes, tmp_path):
     assert (tmp_path / "t.h5").read_bytes() == rough_bytes
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 @needs_dask
 def test_running_scheduler_is_used():
     from distributed import LocalCluster
@@ -47,7 +47,7 @@ def test_running_scheduler_is_used():
     assert [int(arrays["number"]) for arrays in results.values()] == [0, 1, 2, 3]
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 @needs_dask
 def test_task_that_kills_every_worker_is_one_line():
     import dask
@@ -60,7 +60,7 @@ def test_task_that_kills_every_worker_is_one_line():
         TaskRunner(executor=pool).run("deaths", {"0": Task(os._exit, (1,))})
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 @needs_dask
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "no-such-host.invalid:8786", "?"])
 def test_scheduler_out_of_reach_is_one_line(refused, tmp_path, monkeypatch, address):
@@ -70,7 +70,7 @@ def test_scheduler_out_of_reach_is_one_line(refused, tmp_path, monkeypatch, addr
     assert line.startswith(f"--scheduler: no Dask scheduler answered at {address} within ")
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 @needs_mpi
 def test_mpi_makes_the_same_bytes(rough_bytes, tmp_path):
     ended = command(*mpiexec(3), *generating(tmp_path, "--executor", "mpi"))
@@ -79,7 +79,7 @@ def test_mpi_makes_the_same_bytes(rough_bytes, tmp_path):
     assert ended.out.count("The declared accuracy holds") == 1
 
 
-@pytest.mark.toolchain
+@pytest.mark.apart
 @needs_mpi
 def test_bad_input_ends_all_ranks(tmp_path):
     ended = command(*mpiexec(2), *generating(tmp_path, "--executor", "mpi", "--workers", 2))
