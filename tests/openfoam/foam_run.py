@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 PLUGIN = Path(__file__).resolve().parents[2] / "sampler" / "openfoam"
@@ -15,7 +16,8 @@ class FoamError(RuntimeError):
 
 def script(name, *arguments):
     command = ["bash", str(PLUGIN / name), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    environment = os.environ | {"PYTHON": sys.executable}  # its environment need not be active
+    return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
 
 
 def copy_case(name, folder, work):
