@@ -20,6 +20,9 @@ import pytest
         ("wall_cost", ["--grains", "0"], "argument --grains: give 1 or more"),
         ("wall_laws", ["--sizes", "50"], "--sizes: give two or more increasing diameters"),
         ("wall_laws", ["--sizes", "60", "50"], "--sizes: give two or more"),
+        ("wavy_duct", ["--grains", "0"], "argument --grains: give 1 or more"),
+        ("wavy_duct", ["--grains", "many"], "argument --grains: invalid int value: 'many'"),
+        ("wavy_duct", ["--tables", "nothing"], "there is no .h5 file 'nothing'"),
         ("wear", ["--table", "corundum-steel"], "argument --table: it needs works"),
     ],
 )

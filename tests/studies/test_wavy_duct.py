@@ -190,17 +190,3 @@ def test_it_prints_a_row_for_each_law_and_group(short, capsys):
 )
 def test_a_difference_is_in_percent_and_standard_errors(difference, text):
     assert wavy_duct.difference(*difference) == text
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--grains", "0"], "argument --grains: give 1 or more"),
-        (["--grains", "many"], "argument --grains: invalid int value: 'many'"),
-        (["--tables", "nothing"], "there is no .h5 file 'nothing'"),
-    ],
-)
-def test_a_mistake_is_named(words, message, capsys):
-    with pytest.raises(SystemExit, match="2"):
-        wavy_duct.main(words)
-    assert message in capsys.readouterr().err.splitlines()[-1]
