@@ -9,12 +9,11 @@ from scipy.stats import kstest
 from spin_laws import effective_speed
 
 from tablegen.config.config import load_config
-from tablegen.config.grain_ranges import inertia_coefficients
+from tablegen.fitting.law_conditions import grain_moments
 from tablegen.model.model_bounds import MOST_TURNED
 from tablegen.simulation.direct import model_without_warnings
 from tablegen.simulation.direct_law import DirectLaw
 from tablegen.simulation.impact_chains import (
-    Impacts,
     energy_factor,
     first_impacts,
     join_impacts,
@@ -137,19 +136,12 @@ def sizes_across(code, tilt):
     The grains turn about their shortest axes, which lie across the impact but for the tilt.
     """
     n, rng = 2000, np.random.default_rng(9)
-    b, c = rng.uniform(0.5, 0.9, (2, n))
-    first, _ = inertia_coefficients(CONFIG.population, code)
-    turn = rng.uniform(0.0, 2.0 * np.pi, n)
-    impacts = Impacts(
-        np.radians(rng.uniform(10.0, 40.0, n)),
-        np.full(n, 60.0),
-        0.6 * np.column_stack([tilt * np.cos(turn), tilt * np.sin(turn), -np.ones(n)]),
-        first * (1.0 + b * b),
-        np.column_stack([np.full(n, float(code)), b, c]),
-        np.arange(n, dtype=np.uint64),
-        np.ones(n, dtype=np.uint32),
-    )
-    states = simulate_departures(law(), impacts, 9).states
+    ratios, turn = rng.uniform(0.5, 0.9, (n, 2)), rng.uniform(0.0, 2.0 * np.pi, n)
+    alpha, grain = np.radians(rng.uniform(10.0, 40.0, n)), np.insert(ratios, 0, code, axis=1)
+    impacts = first_impacts(alpha, np.full(n, 60.0), grain, np.arange(n, dtype=np.uint64))
+    tilted = 0.6 * np.column_stack([tilt * np.cos(turn), tilt * np.sin(turn), -np.ones(n)])
+    inertia = grain_moments(CONFIG.population, code, ratios).largest
+    states = simulate_departures(law(), impacts._replace(spin=tilted, inertia=inertia), 9).states
     return np.median(np.abs(states[:, 2:5]), axis=0)
 
 
