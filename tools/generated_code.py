@@ -170,6 +170,7 @@ def spin_constants() -> str:
     """Write the numbers of the spin law, as macros."""
     numbers = {
         "INPUTS": bounds.N_INPUTS,
+        "DIRECTIONS": bounds.N_DIRECTIONS,
         "FEATURES": bounds.N_FEATURES,
         "OUTCOMES": bounds.N_OUTCOMES,
         "MOST_OUTCOMES": bounds.N_OUTCOMES_WITH_WORKS,
@@ -180,8 +181,9 @@ def spin_constants() -> str:
         "PLACE_CORE": repr(bounds.PLACE_CORE),
         "LEAST_WOBBLE": repr(bounds.LEAST_WOBBLE),
         "WOBBLE": repr(bounds.WOBBLE),
+        "RISE": repr(bounds.RISE),
         "TILT_CORE": repr(bounds.TILT_CORE),
-        "KAPPA_CORE": repr(bounds.KAPPA_CORE),
+        "LEAST_TILT": repr(bounds.LEAST_TILT),
         "ROUND_CORE": repr(bounds.ROUND_CORE),
         "LEAST_TAKEN": repr(bounds.LEAST_TAKEN),
         "LEAST_LEFT": repr(bounds.LEAST_LEFT),

@@ -127,8 +127,10 @@ N_CONDITIONS = len(CONDITIONS)
 #: Ratios of a grain. The inputs that follow from them are sqrt(1 - b/a) and sqrt(1 - c/b).
 RATIOS = ("b_a", "c_b")
 N_INPUTS = N_CONDITIONS + len(RATIOS)
-#: 1, the inputs, and the products of two of them.
-N_FEATURES = 1 + N_INPUTS + N_INPUTS * (N_INPUTS + 1) // 2
+#: Components of the tilt of an ellipsoid from a motion in the plane of its impact, over their size.
+N_DIRECTIONS = 2
+#: 1, the inputs, the products of two of them, and the directions.
+N_FEATURES = 1 + N_INPUTS + N_INPUTS * (N_INPUTS + 1) // 2 + N_DIRECTIONS
 N_OUTCOMES = 7
 N_OUTCOMES_WITH_WORKS = len(OUTCOMES)
 
@@ -146,11 +148,15 @@ PLACE_CORE = 0.03
 #: Scatter of the distance of the contact: what is added to its square, and the weight of a product.
 LEAST_WOBBLE, WOBBLE = 1e-6, 2.4
 
-#: The odds of kappa after an impact are over those before, (kappa + delta) / (1 - kappa + delta),
-#: with delta = S B. S is the share of the speed of rotation that the contact has, and B is
-#: KAPPA_CORE plus the tilt of the spin. A kappa after an impact counts as being at least
-#: END_OF_KAPPA from 0 and 1.
-KAPPA_CORE, END_OF_KAPPA = 0.03, 1e-4
+#: A rolling ellipsoid rises from the wall with the speed at which its distance from the contact
+#: changes: weight of the square of this speed beside that of sin alpha1 in the unit of p_v.
+RISE = 8.0
+
+#: A grain is away from a motion in the plane of its impact by A, at least LEAST_TILT. The odds of
+#: kappa after an impact are over those before, (kappa + delta) / (1 - kappa + delta). delta is A
+#: times the share of the speed of rotation that the contact has. A kappa after an impact counts as
+#: being at least END_OF_KAPPA from 0 and 1.
+LEAST_TILT, END_OF_KAPPA = 1e-3, 1e-4
 
 #: An ellipsoid is out of round by 2 (1 - c/a) plus this. The wall takes at least this share of the
 #: energy that a sphere keeps.

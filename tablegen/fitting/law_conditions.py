@@ -4,14 +4,14 @@ Angle, speed, spin, the inertia about the spin and the grain decide the law of a
 happened to the grain before. So the conditions of the fit need no history, and can be dense where
 flows have many impacts. There are three kinds:
 
-- *Impacts of chains.* A grain hits one wall after another, on the inside of a cylinder or on walls
-  of any direction, and gets its speed back after each hit: the velocity keeps its direction, or
-  the gas drives the grain along the wall, to which it falls back as fast as it left. In such
-  chains grains settle into rolling, with spins that differ by a few hundredths. These spins depend
-  on the pair, the grain and the gas, and only chains find them. Half of the impacts come from the
-  first hits of short chains, and half from long ones.
-- *Neighbours* of impacts of chains, with other angles and other sizes of the spin, because the gas
-  turns and slows grains between two walls.
+- *Impacts of chains.* A grain hits one wall after another, on the inside of a cylinder, between two
+  opposite walls, or on walls of any direction, and gets its speed back after each hit: the velocity
+  keeps its direction, or the gas drives the grain along the wall, which it meets as fast as it left
+  the one before. In such chains grains settle into rolling, with spins that differ by a few
+  hundredths. These spins depend on the pair, the grain and the gas, and only chains find them. Half
+  of the impacts come from the first hits of short chains, and half from long ones.
+- *Neighbours* of impacts of chains, because gas and the curvature of walls change the angle between
+  two hits: more than half have another angle alone, and the others another spin, too.
 - *Spread impacts*, over the whole range of the law.
 
 ``tablegen/fitting/EXPERIMENTS.md`` compares fits with and without chains.
@@ -42,6 +42,9 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import SPEED
 from tablegen.simulation.direct_law import DirectLaw
 from tablegen.simulation.impact_chains import (
+    ANY_WALL,
+    OPPOSITE_WALL,
+    SAME_WALL,
     Impacts,
     energy_factor,
     first_impacts,
@@ -62,13 +65,16 @@ LAW_ALPHA_DEG = (0.05, 90.0)
 SLOWEST, FASTEST = 3e-4, 2.0
 
 #: Shares of the impacts of chains and of their neighbours; the other impacts are spread.
-_CHAIN_SHARE, _NEIGHBOUR_SHARE = 0.6, 0.15
+_CHAIN_SHARE, _NEIGHBOUR_SHARE = 0.45, 0.35
 
-#: Hits of a short chain and of a long one, and the share of chains between walls of any direction.
-_SHORT_CHAIN, _LONG_CHAIN, _ANY_WALL_SHARE = 5, 40, 0.4
+#: Hits of a short chain and of a long one. Nearly round grains settle within a hundred hits.
+_SHORT_CHAIN, _LONG_CHAIN = 5, 120
 
-#: Share of the other chains in which the gas makes up for what a hit takes from the motion along
-#: the wall.
+#: Shares of chains on one wall, between two opposite walls, and on walls of any direction.
+_WALL_SHARES = {SAME_WALL: 0.42, OPPOSITE_WALL: 0.28, ANY_WALL: 0.3}
+
+#: Share of the first two in which the gas makes up for what a hit takes from the motion along the
+#: wall.
 _ALONG_WALL_SHARE = 0.5
 
 #: Range of the exponents by which the gas of such a chain slows down the spin from hit to hit, and
@@ -77,11 +83,15 @@ _ALONG_WALL_SHARE = 0.5
 #: slowed down at 10/3 times the rate of a velocity, and a hop returns a third of its drag.
 _DAMPING, _HOP_PART = (3e-3, 3.0), 0.1
 
-#: Standard deviations of the changes from an impact to its neighbour: of the logarithm of the size
-#: of the spin and of the angle, of the three numbers of the spin over its size, and of kappa.
+#: Share of the neighbours that keep their rotation, and the standard deviation of the logarithm of
+#: their angles: grains that roll come to rest at angles that are rare in chains.
+_TURNED_SHARE, _TURNED_DEVIATION = 0.6, 1.0
+
+#: Standard deviations of the changes from an impact to another neighbour: of the logarithm of the
+#: size of the spin and of the angle, of the three numbers of the spin over its size, and of kappa.
 _SIZE_DEVIATION, _ANGLE_DEVIATION = 0.4, 0.5
 _DIRECTION_DEVIATION, _KAPPA_DEVIATION = 0.1, 0.05
-#: A third of the neighbours has a spin that is scaled down, at most by this factor.
+#: A third of these neighbours has a spin that is scaled down, at most by this factor.
 _LEAST_SLOWDOWN = 1e-3
 
 #: Sizes [V/a] of slow, usual and fast spins of spread impacts, and shares of the first two.
@@ -218,8 +228,8 @@ def chain_impacts(
     impacts = nonspinning_impacts(domain, grains, rng)
     # after each hit, half of the grains get their first V back, and the others their first V_e
     speed, keeps_speed = impacts.speed, rng.random(count) < 0.5
-    any_wall = rng.random(count) < _ANY_WALL_SHARE
-    along_wall = ~any_wall & (rng.random(count) < _ALONG_WALL_SHARE)
+    walls = rng.choice(list(_WALL_SHARES), count, p=list(_WALL_SHARES.values()))
+    along_wall = (walls != ANY_WALL) & (rng.random(count) < _ALONG_WALL_SHARE)
     keeps_speed |= along_wall
     damping = _log_uniform(_DAMPING, count, rng)
     inertia_after_first, impacts_by_hit = np.zeros(count), []
@@ -227,7 +237,7 @@ def chain_impacts(
         departures = simulate_departures(law, impacts, seed(hit), threads=1)
         if hit == 1:
             inertia_after_first = departures.inertia
-        impacts = next_impacts(departures, any_wall, rng.random((count, 2)))
+        impacts = next_impacts(departures, walls, rng.random((count, 2)))
         impacts = driven_along_wall(impacts, along_wall, speed, damping)
         alpha = np.maximum(impacts.alpha1, least)
         factor = energy_factor(impacts.spin, impacts.inertia)
@@ -271,14 +281,18 @@ def neighbouring_impacts(
 ) -> Impacts:
     """Change the angles, spins and inertias of impacts, as a gas might; draw speeds anew."""
     n, (least, most) = len(impacts.index), domain.alpha
+    turned = rng.random(n) < _TURNED_SHARE
     size = np.linalg.norm(impacts.spin, axis=1)[:, None]
     slowdown = np.where(
         rng.random(n) < 1.0 / 3.0, _log_uniform((_LEAST_SLOWDOWN, 1.0), n, rng), 1.0
     )
     spin = impacts.spin + _DIRECTION_DEVIATION * size * rng.standard_normal((n, 3))
     spin *= (slowdown * np.exp(_SIZE_DEVIATION * rng.standard_normal(n)))[:, None]
-    alpha = np.clip(impacts.alpha1 * np.exp(_ANGLE_DEVIATION * rng.standard_normal(n)), least, most)
-    kappa = kappa_from_inertia(impacts.inertia, moments) + _KAPPA_DEVIATION * rng.standard_normal(n)
+    spin = np.where(turned[:, None], impacts.spin, spin)
+    deviation = np.where(turned, _TURNED_DEVIATION, _ANGLE_DEVIATION)
+    alpha = np.clip(impacts.alpha1 * np.exp(deviation * rng.standard_normal(n)), least, most)
+    kappa = kappa_from_inertia(impacts.inertia, moments)
+    kappa += np.where(turned, 0.0, _KAPPA_DEVIATION * rng.standard_normal(n))
     inertia = inertia_from_kappa(np.clip(kappa, 0.0, 1.0), moments)
     effective = _draw_speeds(*domain.effective, n, rng)
     return _at_speed(impacts._replace(alpha1=alpha), spin, inertia, effective, domain)

@@ -19,6 +19,7 @@ from sampler.formats.bounds import (
     GATE_UNIT,
     GROUP_SIZE,
     MEAN_UNIT,
+    N_DIRECTIONS,
     N_EXPERTS,
     N_FEATURES,
     N_GROUPS,
@@ -61,7 +62,7 @@ _NEVER_DRAWN = 60 * GATE_UNIT
 class Rebounds(NamedTuple):
     """Rebounds of n particles."""
 
-    #: (n, 9): inputs of their conditions.
+    #: (n, 11): inputs of their conditions, and directions.
     inputs: FloatArray
     #: (n, 7), or (n, 8) with works.
     outcomes: FloatArray
@@ -102,6 +103,7 @@ def fit_leaf(
     centre, spread = inputs.mean(axis=0), inputs.std(axis=0)
     varies = spread > _CONSTANT_DEVIATION
     scale = np.where(varies, 1.0 / np.where(varies, spread, 1.0), 0.0)
+    centre[N_INPUTS:], scale[N_INPUTS:] = 0.0, 1.0  # directions are features as they are
     centre, scale = centre.astype(np.float32), scale.astype(np.float32)
     is_used = used_features(varies)
     count, used = outcomes.shape[1], int(is_used.sum())
@@ -116,7 +118,7 @@ def fit_leaf(
     outcomes = outcomes[inside]
     slow = _slow_classes(vectors[:, :used], vectors[:, used + _P_V])
     experts, _ = fit_experts(
-        vectors, int(varies.sum()), count, sizes.groups, sizes.experts, slow, rng
+        vectors, int(varies[:N_INPUTS].sum()), count, sizes.groups, sizes.experts, slow, rng
     )
     del vectors
     stored = _stored_experts(experts, is_used)
@@ -124,7 +126,7 @@ def fit_leaf(
     scores = bounded_scores(stored, phi, rng)
     quantiles = _outcome_quantiles(scores, outcomes, sizes.knots)
     quantiles[1] = np.maximum(quantiles[1], np.float32(_LEAST_V))
-    return LeafArrays(centre, scale, *stored, quantiles)
+    return LeafArrays(centre[:N_INPUTS], scale[:N_INPUTS], *stored, quantiles)
 
 
 def _slow_classes(phi: NDArray[np.float32], score: NDArray[np.float32]) -> NDArray[np.int64]:
@@ -143,8 +145,14 @@ def _slow_classes(phi: NDArray[np.float32], score: NDArray[np.float32]) -> NDArr
 def _coefficient_steps(
     is_used: NDArray[np.bool_], steps: tuple[int, int, int]
 ) -> NDArray[np.int64]:
-    """Find the step of each coefficient from those of 1, of the inputs and of the products."""
-    return np.repeat(steps, (1, N_INPUTS, N_FEATURES - N_INPUTS - 1))[is_used]
+    """Find the step of each coefficient from those of 1, of the inputs and of the products.
+
+    Directions have the step of inputs.
+    """
+    one, of_input, of_product = steps
+    products = N_FEATURES - N_INPUTS - N_DIRECTIONS - 1
+    counts = (1, N_INPUTS, products, N_DIRECTIONS)
+    return np.repeat((one, of_input, of_product, of_input), counts)[is_used]
 
 
 def _stored_experts(fitted: Experts, is_used: NDArray[np.bool_]) -> StoredExperts:

@@ -92,14 +92,17 @@ class SpinSizes(NamedTuple):
 
 #: Sizes for each preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
-    "compact": SpinSizes(75, 42, 8, 4, 8, 120_000, 65),
-    "standard": SpinSizes(250, 110, 8, 4, 8, 120_000, 97),
+    "compact": SpinSizes(74, 42, 8, 4, 8, 120_000, 65),
+    "standard": SpinSizes(265, 110, 8, 4, 8, 120_000, 97),
     "fine": SpinSizes(600, 240, 8, 8, 8, 250_000, 129),
 }
 
 #: Leaves of a shape over those of other shapes. Ellipsoids settle into rolling, where the law
 #: changes quickly, and rebounds of spheres are not random.
-_LEAF_WEIGHTS = {SHAPE_CODES["ellipsoid"]: 2.0, SHAPE_CODES["sphere"]: 0.25}
+_LEAF_WEIGHTS = {SHAPE_CODES["ellipsoid"]: 2.5, SHAPE_CODES["sphere"]: 0.25}
+
+#: Rebounds of a leaf over those of other shapes, unless a configuration names their number.
+_REBOUND_WEIGHTS = {SHAPE_CODES["ellipsoid"]: 2}
 
 
 def spin_sizes(config: Config) -> dict[int, SpinSizes]:
@@ -107,20 +110,25 @@ def spin_sizes(config: Config) -> dict[int, SpinSizes]:
 
     They are those that a configuration names, or those of its preset of the accuracy. All shapes
     share the leaves of a preset, so the tables of all populations are about equally large, and
-    finer if there are few shapes. If a configuration names the number of leaves, each shape gets
-    this number, and spheres a quarter of it.
+    finer if there are few shapes. Leaves of ellipsoids have twice the rebounds of the preset. If a
+    configuration names the number of leaves, each shape gets this number, and spheres a quarter of
+    it.
     """
     table, preset = config.table, SPIN_SIZES[config.accuracy.preset]
     preset = preset._replace(
         groups=table.spin_groups or preset.groups,
         experts=table.spin_experts or preset.experts,
         nonspinning_experts=table.spin_experts or preset.nonspinning_experts,
-        rebounds=table.spin_rebounds or preset.rebounds,
     )
     codes = config.population.shape_codes
     weights = {code: _LEAF_WEIGHTS.get(code, 1.0) for code in codes}
     total = sum(weights.values())
-    sizes = {code: preset.with_share(weight / total) for code, weight in weights.items()}
+    sizes = {
+        code: preset.with_share(weight / total)._replace(
+            rebounds=table.spin_rebounds or _REBOUND_WEIGHTS.get(code, 1) * preset.rebounds
+        )
+        for code, weight in weights.items()
+    }
     if table.spin_leaves is None:
         return sizes
     return {

@@ -25,21 +25,24 @@ from sampler.formats.bounds import (
     END_OF_KAPPA,
     EQUAL_MOMENTS,
     FOLD,
-    KAPPA_CORE,
     LEAST_LEFT,
     LEAST_REST,
     LEAST_TAKEN,
+    LEAST_TILT,
     LEAST_WOBBLE,
     N_CONDITIONS,
+    N_DIRECTIONS,
     N_FEATURES,
     N_INPUTS,
     PLACE_CORE,
     RATIOS,
+    RISE,
     ROUND_CORE,
     SPIN_CORE,
     TILT_CORE,
     WOBBLE,
 )
+from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.model.float_array import FloatArray
 from tablegen.simulation.impact_chains import Impacts
 
@@ -48,7 +51,7 @@ SPIN_RANGE = (0.0, 10.0)
 
 #: Signs under reflection in the impact plane: of the first seven outcomes, and of the inputs.
 OUTCOME_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0, 1.0])
-INPUT_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+INPUT_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
 
 #: Column of sigma_x among the inputs.
 _SIGMA_X = 2
@@ -126,12 +129,17 @@ class Contact(NamedTuple):
     #: Speed q of the contact over V, and its part along the plane of the impact.
     speed: FloatArray
     slip: FloatArray
-    #: Size of the spin, and the share of its component along the path, |s_x| / |s|.
+    #: Size of the spin; distance A from a motion in the plane of the impact; whether this plane is
+    #: taken for a mirror of the grain.
     spin: FloatArray
     tilt: FloatArray
+    mirrored: NDArray[np.bool_]
     #: (n, 3): the point e from which outcomes o count; (n,): their unit.
     base: FloatArray
     o_unit: FloatArray
+    #: Unit of p_v, and part of p_u that p_w has if the contact slides as before.
+    rise: FloatArray
+    slide: FloatArray
     #: Rebounds of spheres from which outcomes p count, if they do.
     sphere: "Sphere | None" = None
 
@@ -162,6 +170,20 @@ def nominal_contact(impacts: Impacts, moments: Moments) -> Contact:
 
     Its speed over V is q^2 = (cos a + rho s_z)^2 + (rho s_x)^2 + sin^2 a + epsilon^2 |s|^2. Without
     a spin kappa is 1/2.
+
+    A grain that turns about its shortest axis, which lies across the impact, stays in the plane of
+    the impact if this plane is a mirror of the grain. From such a motion it is away by
+
+        A^2 = (s_x^2 + s_y^2)/|s|^2 + (1 - kappa)^2/4 + `LEAST_TILT`^2,
+
+    and the outcomes p_w, o_x and o_y of ellipsoids with a spin, which leave the plane, are in units
+    of A. They count from the motion before the impact: o_x and o_y from the whole of it, and p_w
+    from lambda p_u, the value that it has if the contact slides as before, with
+    lambda = -(cos a + rho s_z) rho s_x/q^2. Grains of other shapes are thrown out of the plane by
+    their corners.
+
+    The outcome p_v of these ellipsoids is in units of (sin^2 a + `RISE` epsilon^2 |s|^2)^(1/2)/q,
+    because at a small angle a rolling grain rises as fast as the distance of its contact changes.
     """
     b, c = impacts.grain[:, 1], impacts.grain[:, 1] * impacts.grain[:, 2]
     spin = np.linalg.norm(impacts.spin, axis=1)
@@ -172,21 +194,27 @@ def nominal_contact(impacts: Impacts, moments: Moments) -> Contact:
     distance = 0.5 * (b + c) + 0.5 * kappa * (1.0 - c)
     square = ((1.0 - b) * kappa) ** 2 + ((b - c) * rest) ** 2 + WOBBLE * kappa * rest * (1 - c) ** 2
     slip = np.cos(impacts.alpha1) + distance * impacts.spin[:, 2]
-    speed = slip**2 + (distance * impacts.spin[:, 0]) ** 2 + np.sin(impacts.alpha1) ** 2
-    speed += (0.5 * square + LEAST_WOBBLE) * spin**2
+    towards, scatter = np.sin(impacts.alpha1) ** 2, (0.5 * square + LEAST_WOBBLE) * spin**2
+    speed = slip**2 + (distance * impacts.spin[:, 0]) ** 2 + towards + scatter
     energy = 1.0 + inertia * spin**2
     root = np.sqrt(inertia)
-    tilt = np.abs(impacts.spin[:, 0]) / np.where(spins, spin, 1.0)
+    across = np.square(impacts.spin[:, :2]).sum(axis=1) / np.where(spins, spin, 1.0) ** 2
+    tilt = np.sqrt(across + 0.25 * rest**2 + LEAST_TILT**2)
+    mirrored = spins & (impacts.grain[:, 0] == SHAPE_CODES["ellipsoid"])
     contact = Contact(
-        *(kappa, distance, root, energy, np.sqrt(speed), slip, spin, tilt),
+        *(kappa, distance, root, energy, np.sqrt(speed), slip, spin, tilt, mirrored),
         base=np.empty(0),
         o_unit=np.minimum(1.0, np.sqrt(speed / energy)),
+        rise=np.where(mirrored, np.sqrt((towards + RISE * scatter) / speed), 1.0),
+        slide=np.where(mirrored, -slip * distance * impacts.spin[:, 0] / speed, 0.0),
     )
     velocity = np.column_stack(
         [np.cos(impacts.alpha1), np.sin(impacts.alpha1), np.zeros_like(spin)]
     )
-    _, rest = _parts(velocity, root[:, None] * impacts.spin, contact)
-    return contact._replace(base=((1.0 - contact.o_unit**2) / np.sqrt(energy))[:, None] * rest)
+    _, before = _parts(velocity, root[:, None] * impacts.spin, contact)
+    kept = np.repeat((1.0 - contact.o_unit**2)[:, None], 3, axis=1)
+    kept[mirrored, :2] = 1.0
+    return contact._replace(base=kept * before / np.sqrt(energy)[:, None])
 
 
 def beside_sphere(contact: Contact, impacts: Impacts, after: FloatArray) -> Contact:
@@ -236,7 +264,7 @@ def beside_sphere(contact: Contact, impacts: Impacts, after: FloatArray) -> Cont
 def impact_inputs(
     impacts: Impacts, moments: Moments, contact: Contact, speed: SpeedCoordinate
 ) -> FloatArray:
-    """Compute the inputs of impacts, (n, 9).
+    """Compute the inputs of impacts, and the directions of their tilts, (n, 11).
 
     The inputs are sqrt(alpha1), the coordinate of the speed V q of the contact, three numbers of
     the vector sigma, the slip (cos alpha1 + rho s_z)/q,
@@ -251,11 +279,15 @@ def impact_inputs(
     sigma_x / sqrt(|sigma_x| + TILT_CORE), the same of sigma_y, and sigma_z: a grain that rolls
     along its path has s_z alone, and leaves rolling by tilts of its spin of a few hundredths, which
     the roots spread.
+
+    The directions are s_x/(|s| A) and s_y/(|s| A) of ellipsoids with a spin, and 0 of others: the
+    outcomes in units of A depend on them, however small A is.
     """
     size, kappa = contact.spin, contact.kappa
     core = SPIN_CORE / np.where(size > 0.0, size, 1.0)
     sigma = impacts.spin * (core + 1.0 / np.sqrt(np.sqrt(1.0 + size * size)))[:, None]
     sigma[:, :2] /= np.sqrt(np.abs(sigma[:, :2]) + TILT_CORE)
+    per_tilt = contact.mirrored / (contact.tilt * np.where(size > 0.0, size, 1.0))
     return np.column_stack(
         [
             np.sqrt(impacts.alpha1),
@@ -264,6 +296,7 @@ def impact_inputs(
             contact.slip / contact.speed,
             np.log((kappa + PLACE_CORE) / (1.0 - kappa + PLACE_CORE)),
             np.sqrt(1.0 - impacts.grain[:, 1:]),
+            impacts.spin[:, :2] * per_tilt[:, None],
         ]
     )
 
@@ -308,18 +341,19 @@ def rebound_outcomes(
     rest, and one that rolls from where it is. In the tangential space at Y,
 
         o = 2 tan(theta/2)/Q in the direction of Y', theta the angle between Y and Y',
-        p = g'/sqrt(R - |g'|^2).
+        p = g'/sqrt(R - |g'|^2),
 
-    The last outcome compares the odds of kappa' after the impact with those before. With the share
-    S = min(1, q/(sqrt(k) |s|)) of the rotation that the contact has, B = `KAPPA_CORE` + |s_x|/|s|
-    and delta = S B,
+    where p_v, p_w, o_x and o_y of ellipsoids with a spin are over their units
+    (`nominal_contact`). The last outcome compares the odds of kappa' after the impact with those
+    before. With the share S = min(1, q/(sqrt(k) |s|)) of the rotation that the contact has, and
+    delta = S A,
 
         h = log(kappa' (1 - kappa + delta) / ((1 - kappa') (kappa + delta))) / U,
-        U = S (kappa (1 - kappa) + B) / (kappa (1 - kappa) + delta).
+        U = delta / (kappa (1 - kappa) + delta).
 
-    The contact turns the spin by about S |s_x|/|s| against the grain. Near an axis of the grain
-    this angle is what is left of the angle between spin and axis, so U is 1; far from the axes the
-    angle changes in proportion to S, so U is S.
+    The contact turns the spin by about delta against the grain. Near an axis of the grain this
+    angle is what is left of the angle between spin and axis, so U is 1; far from the axes the
+    odds change in proportion to it.
 
     Parameters
     ----------
@@ -348,6 +382,10 @@ def rebound_outcomes(
     before, other, h_unit = _odds(contact)
     odds_ratio = kappa * other / ((1.0 - kappa) * before)
     p = g / np.sqrt(loss)
+    unit = np.where(contact.mirrored, contact.tilt, 1.0)
+    p[:, 2] = (p[:, 2] - contact.slide * p[:, 0]) / unit
+    p[:, 1] /= contact.rise
+    o[:, :2] /= unit[:, None]
     if contact.sphere:
         p = _beside_sphere(p, d, left[:, 0], contact, contact.sphere)
     return np.column_stack([p, o, np.log(odds_ratio) / h_unit])
@@ -402,10 +440,8 @@ def _parts(
 def _odds(contact: Contact) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return kappa + delta and 1 - kappa + delta before the impact, and U (`rebound_outcomes`)."""
     turning, other = contact.root_inertia * contact.spin, 1.0 - contact.kappa
-    inner, core = contact.kappa * other, KAPPA_CORE + contact.tilt
-    delta = core * np.minimum(1.0, contact.speed / np.maximum(turning, 1e-300))
-    h_unit = delta * (inner + core) / (core * (inner + delta))
-    return contact.kappa + delta, other + delta, h_unit
+    delta = contact.tilt * np.minimum(1.0, contact.speed / np.maximum(turning, 1e-300))
+    return contact.kappa + delta, other + delta, delta / (contact.kappa * other + delta)
 
 
 def normal_work_outcome(works: FloatArray) -> FloatArray:
@@ -419,21 +455,23 @@ def normal_work_outcome(works: FloatArray) -> FloatArray:
 
 
 def features(t: FloatArray, dtype: DTypeLike = np.float64) -> NDArray[Any]:
-    """Compute the features of standardised inputs t (n, 9): arrays (n, 55) of a type.
+    """Compute the features of standardised inputs and of directions (n, 11): (n, 57) of a type.
 
-    The features are 1, the inputs t_i, the products t_i t_j for i < j, and t_i^2 - 1/2.
+    The features are 1, the inputs t_i, the products t_i t_j for i < j, t_i^2 - 1/2, and directions.
     """
     phi = np.empty((len(t), N_FEATURES), dtype=dtype)
-    phi[:, 0], phi[:, 1 : 1 + N_INPUTS] = 1.0, t
+    phi[:, 0], phi[:, 1 : 1 + N_INPUTS] = 1.0, t[:, :N_INPUTS]
+    phi[:, -N_DIRECTIONS:] = t[:, N_INPUTS:]
     for column, (i, j) in enumerate(zip(*_PAIRS, strict=True), 1 + N_INPUTS):
         phi[:, column] = t[:, i] * t[:, j] - 0.5 * (i == j)
     return phi
 
 
 def used_features(varies: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Find which of the 55 features are not constant, from which of the 9 inputs vary."""
+    """Find which of the 57 features are not constant, from which inputs and directions vary."""
     i, j = _PAIRS
-    return np.concatenate([[True], varies, varies[i] & varies[j]])
+    inputs, directions = varies[:N_INPUTS], varies[N_INPUTS:]
+    return np.concatenate([[True], inputs, varies[i] & varies[j], directions])
 
 
 #: Number of the axis |sigma|^2 of a tree: it follows the six inputs of the impact.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from sampler.formats.bounds import N_INPUTS, N_KAPPA_QUANTILES, SPEED_COORDINATE
+from sampler.formats.bounds import N_DIRECTIONS, N_INPUTS, N_KAPPA_QUANTILES, SPEED_COORDINATE
 from sampler.formats.channels import has_works
 from sampler.formats.layout import BY_SPHERE
 from tablegen.checkpoints import Arrays, Task, TaskRunner, stable_number
@@ -302,7 +302,7 @@ def _take_columns(parts: list[Any]) -> list[NDArray[Any]]:
 def _draw_conditions(
     config: Config, draw: Draw, count: int, rng: np.random.Generator
 ) -> tuple[LeafConditions, NDArray[np.float32]]:
-    """Draw the conditions of a whole tree, and their folded inputs (n, 9)."""
+    """Draw the conditions of a whole tree, and their folded inputs (n, 11)."""
     batches = math.ceil(count / _BATCH)
     impacts_by_batch = (draw(math.ceil(count / batches), batch) for batch in range(batches))
     parts = [_rounded_conditions(config, impacts, rng) for impacts in impacts_by_batch]
@@ -362,7 +362,7 @@ def _rebounds(
 ) -> Rebounds:
     """Simulate a rebound at each condition of the given rows; inputs and outcomes are folded."""
     count, outcomes = len(rows), len(OUTCOME_SIGNS) + has_works(config.domain.columns)
-    rebounds = Rebounds(np.empty((count, N_INPUTS)), np.empty((count, outcomes)))
+    rebounds = Rebounds(np.empty((count, N_INPUTS + N_DIRECTIONS)), np.empty((count, outcomes)))
     for first in range(0, count, _BLOCK):
         block = slice(first, first + _BLOCK)
         rebounds.inputs[block], rebounds.outcomes[block] = _block_of_rebounds(

@@ -56,7 +56,7 @@ class Leaf(NamedTuple):
     inside: NDArray[np.bool_]
 
 
-#: Inputs of all conditions, (n, 9).
+#: Inputs of all conditions, and directions, (n, 11).
 Inputs = FloatArray | NDArray[np.float32]
 #: Function that simulates the outcomes, (m, d), at the conditions with given row numbers, (m,).
 Outcomes = Callable[[NDArray[np.int64]], FloatArray]
@@ -80,8 +80,8 @@ def grow_tree(
 
     Parameters
     ----------
-    inputs : (n, 9) float64 or float32
-        Inputs of `tablegen.fitting.spin_coordinates`, folded by `reflect`.
+    inputs : (n, 11) float64 or float32
+        Inputs and directions of `tablegen.fitting.spin_coordinates`, folded by `reflect`.
     outcomes : callable
         Simulates one rebound at each of the conditions with row numbers (m,), and returns the
         outcomes (m, d). It is called only for conditions with which cuts are compared.
@@ -141,7 +141,7 @@ def _best_cut(
     x = inputs[rows].astype(np.float64)
     scores = normal_scores(outcomes(rows))
     whole, best = _residual_spread(x, scores), None
-    for column in range(x.shape[1]):
+    for column in range(len(AXES)):
         value = float(np.median(x[:, column]))
         above = x[:, column] >= value
         share = float(above.mean())

@@ -16,6 +16,10 @@ from tablegen.model.float_array import FloatArray
 from tablegen.model.model_bounds import MOST_TURNED, SPEED
 from tablegen.simulation.direct_law import DirectLaw, simulate_impacts
 
+#: The next wall of a particle: the wall that it left, as on the inside of a cylinder, the opposite
+#: wall of a channel, or a wall of any direction.
+SAME_WALL, OPPOSITE_WALL, ANY_WALL = range(3)
+
 #: Angles [rad] at which walls of any direction are met.
 ANY_ANGLES = (np.radians(5.0), np.radians(85.0))
 
@@ -80,20 +84,19 @@ def simulate_departures(
     return Departures(impacts, run.variables[:, :6], run.inertia, run.variables[:, 8:])
 
 
-def next_impacts(
-    departures: Departures, any_wall: NDArray[np.bool_], uniform: FloatArray
-) -> Impacts:
+def next_impacts(departures: Departures, walls: NDArray[np.int64], uniform: FloatArray) -> Impacts:
     """Let particles fly to their next walls; return the impacts in the axes of those walls.
 
-    By default a particle meets the wall that it left, at the angle of its departure, as on the
-    inside of a cylinder. Where ``any_wall`` (n,) is true, it meets a wall of any direction. The
-    angle and the plane of that impact follow from ``uniform`` (n, 2), random numbers from 0 to 1.
+    ``walls`` (n,) are `SAME_WALL`, `OPPOSITE_WALL` or `ANY_WALL`. A particle meets the first two at
+    the angle of its departure. Angle and plane of an impact on a wall of any direction follow from
+    ``uniform`` (n, 2), random numbers from 0 to 1.
     """
     velocity = departures.states[:, :3]
     direction = velocity / np.linalg.norm(velocity, axis=1)[:, None]
     elsewhere = normals_of_any_walls(direction, *uniform.T)
-    normal = np.where(any_wall[:, None], elsewhere, [0.0, 1.0, 0.0])
-    direction = np.where(any_wall[:, None], direction, direction * [1.0, -1.0, 1.0])
+    up = np.where(walls == SAME_WALL, 1.0, -1.0)
+    normal = np.where((walls == ANY_WALL)[:, None], elsewhere, np.outer(up, [0.0, 1.0, 0.0]))
+    direction[:, 1] *= -up
     return _arrive(departures, direction, normal)
 
 

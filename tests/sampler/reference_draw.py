@@ -288,7 +288,10 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     # 3. features
     t = (np.array([*q, *roots]) - contents["spin/centre"][leaf]) * contents["spin/scale"][leaf]
     products = [t[i] * t[j] - 0.5 * (i == j) for i in range(9) for j in range(i, 9)]
-    features = np.array([1.0, *t, *products])
+    across = (spin[0] ** 2 + spin[1] ** 2) / size**2 if size else 0.0
+    tilt, is_tilted = math.sqrt(across + (1.0 - kappa) ** 2 / 4.0 + 1e-6), grain[0] == 0 and size
+    directions = spin[:2] / (size * tilt) if is_tilted else np.zeros(2)
+    features = np.array([1.0, *t, *products, *directions])
     # 4. expert
     group = _chosen(features @ (contents["spin/group_gate"][leaf] / 512.0), w[0])
     within = _chosen(features @ (contents["spin/gate"][leaf, group] / 512.0), w[1])
@@ -313,7 +316,13 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     root, arm = math.sqrt(inertia), math.hypot(math.sqrt(inertia), distance)
     cosine, sine, y = root / arm, distance / arm, root * spin
     rest = np.array([y[0] * cosine, y[1], y[2] * cosine - math.cos(alpha) * sine])
-    rest *= (1.0 - share**2) / math.sqrt(energy)
+    rest *= np.array([*[1.0 if is_tilted else 1.0 - share**2] * 2, 1.0 - share**2])
+    rest /= math.sqrt(energy)
+    if is_tilted:
+        x[3:5] *= tilt
+        scatter = square - slip**2 - (distance * spin[0]) ** 2 - math.sin(alpha) ** 2
+        x[1] *= math.sqrt((math.sin(alpha) ** 2 + 8.0 * scatter) / square)
+        x[2] = tilt * x[2] - slip * distance * spin[0] / square * x[0]
     sphere, out_of_round = None, min(1.0, 2.0 * (1.0 - grain[1] * grain[2]) + 0.02)
     if "spin/laws" in contents.datasets and grain[0] == 0 and not size:
         sphere = reference_sphere(contents["spin/laws"], alpha, effective)
@@ -329,9 +338,9 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     g = math.sqrt(loss) * x[:3]
     turning = root * math.sqrt(spin @ spin)
     part = min(1.0, math.sqrt(square) / turning) if turning else 1.0
-    core, inner = 0.03 + (abs(spin[0]) / size if size else 0.0), kappa * (1.0 - kappa)
-    unit = part * (inner + core) / (inner + part * core)
-    first, second = math.exp(unit * x[6]) * (kappa + part * core), 1.0 - kappa + part * core
+    delta = part * tilt
+    unit = delta / (kappa * (1.0 - kappa) + delta)
+    first, second = math.exp(unit * x[6]) * (kappa + delta), 1.0 - kappa + delta
     after = reference_inertia(first / (first + second), *reference_moments(contents, grain))
     velocity = [g[0] * cosine - rest[2] * sine, g[1], g[2] * cosine + rest[0] * sine]
     y = np.array([rest[0] * cosine - g[2] * sine, rest[1], g[0] * sine + rest[2] * cosine])

@@ -2,11 +2,14 @@
 
 import numpy as np
 
-from sampler.formats.bounds import CONDITIONS
+from sampler.formats.bounds import CONDITIONS, N_INPUTS
 from tablegen.fitting.law_conditions import covered_range
 from tablegen.fitting.spin_coordinates import SPIN_RANGE
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
+    ANY_WALL,
+    OPPOSITE_WALL,
+    SAME_WALL,
     energy_factor,
     first_impacts,
     join_impacts,
@@ -26,22 +29,24 @@ def effective_speed(impacts):
 def _occurring(config, model, seed, index):
     """One impact with spin of each of some particles that a table draws.
 
-    Half of the particles meet the same wall again and again, half walls of any direction.
+    Half of the particles meet one wall again and again, or two opposite ones, half walls of any
+    direction.
     """
     rng, n = np.random.default_rng(seed), len(index)
     alpha1 = np.radians(rng.uniform(*config.domain.alpha_deg, n))
     speed = rng.uniform(*config.domain.speed, n)
     impacts = first_impacts(alpha1, speed, model.grains(seed, index), index)
-    any_wall, wanted, taken = rng.random(n) < 0.5, rng.integers(1, _HITS, n), []
+    walls = rng.choice([SAME_WALL, OPPOSITE_WALL, ANY_WALL], n, p=[0.25, 0.25, 0.5])
+    wanted, taken = rng.integers(1, _HITS, n), []
     for number in range(1, _HITS):
         departures = simulate_departures(model, impacts, seed, threads=1)
-        impacts = next_impacts(departures, any_wall, rng.random((len(any_wall), 2)))
+        impacts = next_impacts(departures, walls, rng.random((len(walls), 2)))
         covered = impacts.alpha1 >= np.radians(config.domain.alpha_deg[0])
         covered &= effective_speed(impacts) >= covered_range(config).effective[0]
         covered &= np.linalg.norm(impacts.spin, axis=1) <= SPIN_RANGE[1]
         taken.append(impacts.select(covered & (wanted == number)))
         going = covered & (wanted > number)
-        impacts, any_wall, wanted = impacts.select(going), any_wall[going], wanted[going]
+        impacts, walls, wanted = impacts.select(going), walls[going], wanted[going]
     return join_impacts(taken)
 
 
@@ -60,9 +65,10 @@ def chain_sample(config, most_spin_z=np.inf):
 
 
 def folded_inputs(n, rng, spinning=True):
-    """Inputs of the spin law, (n, 9), uniform over what conditions have after the fold."""
-    low = [0.03, 0.0, 0.0, -2.0, -2.0, -1.0, -3.5, 0.5, 0.5]
-    high = [1.25, 0.7, 2.0, 2.0, 2.0, 1.0, 3.5, 1.0, 1.0]
-    inputs = rng.uniform(low, high, (n, 9))
+    """Inputs of the spin law, (n, 11), uniform over what conditions have after the fold."""
+    low = [0.03, 0.0, 0.0, -2.0, -2.0, -1.0, -3.5, 0.5, 0.5, 0.0, -1.0]
+    high = [1.25, 0.7, 2.0, 2.0, 2.0, 1.0, 3.5, 1.0, 1.0, 1.0, 1.0]
+    inputs = rng.uniform(low, high, (n, 11))
     inputs[:, 2 : len(CONDITIONS)] *= spinning
+    inputs[:, N_INPUTS:] *= spinning
     return inputs

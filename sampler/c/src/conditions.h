@@ -210,14 +210,13 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_contact(size_t m, const double *angle, rbt
         const double wobble = first * first + second * second +
                               RBTI_WOBBLE * kappa * other * third * third;
         const double ahead = u[r] + rho * z, across = rho * x;
-        const double q = sqrt(ahead * ahead + across * across + v[r] * v[r] +
-                              (0.5 * wobble + RBTI_LEAST_WOBBLE) * square);
+        const double scatter = (0.5 * wobble + RBTI_LEAST_WOBBLE) * square;
+        const double q = sqrt(ahead * ahead + across * across + v[r] * v[r] + scatter);
         const double energy = 1.0 + k * square, per_energy = 1.0 / sqrt(energy);
         const double per_size = 1.0 / sqrt(k + rho * rho), root = sqrt(k);
         const double cosine = root * per_size, sine = rho * per_size;
-        const double size = sqrt(square), turning = root * size, side = x < 0.0 ? -x : x;
-        const double core = RBTI_KAPPA_CORE + side / (size > 0.0 ? size : 1.0);
-        const double inner = kappa * other, delta = (q < turning ? q / turning : 1.0) * core;
+        const double turning = root * sqrt(square);
+        const double delta = (q < turning ? q / turning : 1.0) * d->tilt[r];
         const double part = q * per_energy, share = part < 1.0 ? part : 1.0;
         const double apart = (1.0 - share * share) * per_energy;
         speed[r] = q;
@@ -228,9 +227,13 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_contact(size_t m, const double *angle, rbt
         d->o_unit[r] = share;
         d->odds[r] = kappa + delta;
         d->odds[m + r] = other + delta;
-        d->h_unit[r] = delta * (inner + core) / (core * (inner + delta));
-        d->base[r] = apart * root * x * cosine;
-        d->base[m + r] = apart * root * y;
+        d->h_unit[r] = delta / (kappa * other + delta);
+        const int mirrored = d->mirrored[r];
+        const double aside = mirrored ? per_energy : apart;
+        d->rise[r] = mirrored ? sqrt(v[r] * v[r] + RBTI_RISE * scatter) / q : 1.0;
+        d->slide[r] = mirrored ? -ahead * across / (q * q) : 0.0;
+        d->base[r] = aside * root * x * cosine;
+        d->base[m + r] = aside * root * y;
         d->base[2 * m + r] = apart * (root * z * cosine - u[r] * sine);
     }
 }
@@ -287,7 +290,12 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
         const double covered = square < most ? square : most;
         const double shorter = square > most ? sqrt(most / square) : 1.0;
         const double root = sqrt(1.0 + d->inertia[r] * covered);
-        const double scale = rbti_sigma_over_spin(covered) * shorter, tilt_x = rbti_tilt(scale * x);
+        const double scale = rbti_sigma_over_spin(covered) * shorter;
+        const double tilt_x = rbti_tilt(scale * x), other = 1.0 - d->kappa[r];
+        const double per_size = 1.0 / (square > 0.0 ? sqrt(square) : 1.0);
+        const double tilt = sqrt(rbti_square(x * per_size, y * per_size, 0.5 * other) +
+                                 RBTI_LEAST_TILT * RBTI_LEAST_TILT);
+        const int mirrored = (table->population.shape_codes[d->shape[r]] == RBT_ELLIPSOID) & (square > 0.0);
         const double sign = rbti_mirror_sign(tilt_x, d->words[r], d->words[m + r]);
         flags[r] = rbti_spin_flags(table, d->alpha1[r], d->speed[r], root, square,
                                    inertia_is_beyond[r]);
@@ -302,6 +310,12 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
         d->spin[m + r] = sign * (shorter * y);
         d->spin[2 * m + r] = shorter * z;
         d->sign[r] = sign;
+        const double direction = mirrored ? sign * per_size / tilt : 0.0;
+        d->mirrored[r] = mirrored;
+        d->tilt[r] = tilt;
+        d->side_unit[r] = mirrored ? tilt : 1.0;
+        d->direction[r] = direction * x;
+        d->direction[m + r] = direction * y;
         place[r] = (float)((d->kappa[r] + RBTI_PLACE_CORE) / (1.0 - d->kappa[r] + RBTI_PLACE_CORE));
         place[r] = RBTI_LOG_2 * rbti_logarithm_to_two(place[r]);
     }
@@ -341,8 +355,8 @@ RBTI_INLINE RBT_DEVICE void rbti_find_leaves(size_t m, const rbt_spin_law *law, 
         rbti_prefetch(law->group_gates + numbers * (size_t)d->leaf[r], numbers);
 }
 
-/* Step 3: the features. They are 1, the inputs t relative to the middle of the leaf, and the products of
-   two of them. */
+/* Step 3: the features. They are 1, the inputs t relative to the middle of the leaf, the products of
+   two of them, and the directions. */
 RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law,
                                                rbti_spin_draws *d)
 {
@@ -368,4 +382,6 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_features(size_t m, const rbt_spin_law *law
             product += m;
         }
     }
+    for (size_t k = 0; k < RBTI_DIRECTIONS * m; k++)
+        product[k] = (float)d->direction[k];
 }

@@ -62,11 +62,11 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_rest(size_t m, const rbti_spin_draws *d, d
 {
     RBTI_EACH_DRAW(r) {
         const float *outcome = d->outcomes + r;
-        const double half = 0.5 * d->o_unit[r];
+        const double half = 0.5 * d->o_unit[r], side = half * d->side_unit[r];
         const double a = d->base[r], b = d->base[m + r], c = d->base[2 * m + r];
         const double pole = sqrt(1.0 - rbti_square(a, b, c));
-        const double x = half * (double)outcome[RBTI_OUT_O_X * m];
-        const double y = half * (double)outcome[RBTI_OUT_O_Y * m];
+        const double x = side * (double)outcome[RBTI_OUT_O_X * m];
+        const double y = side * (double)outcome[RBTI_OUT_O_Y * m];
         const double z = half * (double)outcome[RBTI_OUT_O_Z * m];
         const double square = rbti_square(x, y, z), per = 2.0 / (1.0 + square);
         const double ahead = 0.5 * per * (1.0 - square), along = per * (a * x + b * y + c * z);
@@ -122,6 +122,10 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_values(size_t m, size_t outcomes, const rb
     for (size_t k = 0; k < 3; k++) {
         RBTI_EACH_DRAW(r)
             p[k * m + r] = (double)d->outcomes[(RBTI_OUT_P_U + k) * m + r];
+    }
+    RBTI_EACH_DRAW(r) {
+        p[m + r] *= d->rise[r];
+        p[2 * m + r] = p[2 * m + r] * d->side_unit[r] + d->slide[r] * p[r];
     }
     for (size_t r = 0; r < m && table->laws; r++)
         if (d->by_sphere[r])

@@ -148,7 +148,8 @@ extern "C" {
 /* numbers of the spin law, from sampler/formats/bounds.py */
 /* begin spin */
 #define RBTI_INPUTS 9
-#define RBTI_FEATURES 55
+#define RBTI_DIRECTIONS 2
+#define RBTI_FEATURES 57
 #define RBTI_OUTCOMES 7
 #define RBTI_MOST_OUTCOMES 8
 #define RBTI_GROUPS 8
@@ -158,8 +159,9 @@ extern "C" {
 #define RBTI_PLACE_CORE 0.03
 #define RBTI_LEAST_WOBBLE 1e-06
 #define RBTI_WOBBLE 2.4
+#define RBTI_RISE 8.0
 #define RBTI_TILT_CORE 0.02
-#define RBTI_KAPPA_CORE 0.03
+#define RBTI_LEAST_TILT 0.001
 #define RBTI_ROUND_CORE 0.02
 #define RBTI_LEAST_TAKEN 0.001
 #define RBTI_LEAST_LEFT 1e-06

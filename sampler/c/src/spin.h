@@ -38,7 +38,14 @@ typedef struct rbti_spin_draws {
     /* nominal contact: place kappa of the inertia, cosine and sine of f; kappa + delta and
        1 - kappa + delta; the point e from which outcomes o count; units of the outcomes o and h */
     double kappa[RBTI_BLOCK], cosine[RBTI_BLOCK], sine[RBTI_BLOCK];
-    double odds[2 * RBTI_BLOCK], base[3 * RBTI_BLOCK], o_unit[RBTI_BLOCK], h_unit[RBTI_BLOCK];
+    double odds[2 * RBTI_BLOCK], base[3 * RBTI_BLOCK];
+    double o_unit[RBTI_BLOCK], h_unit[RBTI_BLOCK];
+    /* whether the plane of the impact is taken for a mirror of the grain; distance A from a motion in this
+       plane; unit of outcomes that leave it, unit of p_v, the part of p_u that p_w has if the contact slides
+       as before, and directions of the tilt: 1, 1, 0, 0, 0 where it is not */
+    int32_t mirrored[RBTI_BLOCK];
+    double tilt[RBTI_BLOCK], side_unit[RBTI_BLOCK], rise[RBTI_BLOCK], slide[RBTI_BLOCK];
+    double direction[RBTI_DIRECTIONS * RBTI_BLOCK];
     /* whether outcomes p count from a sphere; its u and v after the impact, the energy W that the wall
        takes from it, and the units of p_v and of p_u and p_w */
     int32_t by_sphere[RBTI_BLOCK];

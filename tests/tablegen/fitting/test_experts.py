@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import logsumexp
 
-from sampler.formats.bounds import N_FEATURES, N_INPUTS
+from sampler.formats.bounds import N_DIRECTIONS, N_FEATURES, N_INPUTS
 from tablegen.fitting.expectation import (
     add_products,
     find_shares,
@@ -16,6 +16,8 @@ from tablegen.fitting.experts import Experts, Weight, expectation, fit_experts
 from tablegen.fitting.spin_coordinates import features
 
 RNG = np.random.default_rng(6)
+#: Numbers of a condition: inputs and directions.
+WIDTH = N_INPUTS + N_DIRECTIONS
 
 
 def reference_softmax(logits):
@@ -113,7 +115,7 @@ def separate_rebounds(n, rng):
     """Features and scores of rebounds of `separate_experts`, and their groups."""
     group = rng.integers(3, size=n)
     scores = np.array([-2.0, 0.0, 2.0])[group, None] + 0.1 * rng.normal(size=(n, 7))
-    return single(np.hstack([features(rng.normal(size=(n, N_INPUTS))), scores])), group
+    return single(np.hstack([features(rng.normal(size=(n, WIDTH))), scores])), group
 
 
 def test_groups_without_a_share_need_not_be_computed():
@@ -168,7 +170,7 @@ def test_sums_of_products():
 
 def test_a_known_law_is_recovered():
     """Two experts with opposite slopes, chosen by the sign of the second input."""
-    t = RNG.normal(size=(6000, N_INPUTS))
+    t = RNG.normal(size=(6000, WIDTH))
     t[:, 2:] *= 0.3
     chosen = 1.0 / (1.0 + np.exp(-6.0 * t[:, 1]))
     second = RNG.random(len(t)) < chosen
@@ -196,7 +198,7 @@ def test_a_known_law_is_recovered():
 def test_a_class_of_rebounds_is_made_by_its_group_alone():
     """Of one rebound in twenty the first outcome is low; its class has the first group."""
     rng = np.random.default_rng(9)
-    t, slow = rng.normal(size=(8000, N_INPUTS)), rng.random(8000) < 0.05
+    t, slow = rng.normal(size=(8000, WIDTH)), rng.random(8000) < 0.05
     scores = rng.normal(size=(8000, 7))
     scores[:, 0] = np.where(slow, -4.0 + 0.1 * scores[:, 0], scores[:, 0])
     vectors = np.hstack([features(t), scores]).astype(np.float32)
@@ -213,7 +215,7 @@ def test_a_class_of_rebounds_is_made_by_its_group_alone():
 @pytest.mark.parametrize("n", [5, 60, 3000])
 def test_hard_samples_give_finite_numbers(n):
     """Outcomes that are constant, functions of the condition, and equal to another outcome."""
-    t, scores = RNG.normal(size=(n, N_INPUTS)), RNG.normal(size=(n, 7))
+    t, scores = RNG.normal(size=(n, WIDTH)), RNG.normal(size=(n, 7))
     scores[:, 1], scores[:, 2], scores[:, 3] = 0.0, t[:, 0], scores[:, 0]
     vectors = np.hstack([features(t), scores]).astype(np.float32)
     fitted, likelihood = fit_experts(

@@ -140,7 +140,7 @@ class TestChains:
         # their speed, and the rest their effective speed
         each = (impacts.speed, effective_speed(impacts))
         kept = [np.ptp(speeds.reshape(20, -1), axis=0) < 1e-6 for speeds in each]
-        assert np.mean(kept, axis=1) == pytest.approx([0.65, 0.35], abs=0.12)
+        assert np.mean(kept, axis=1) == pytest.approx([0.675, 0.325], abs=0.12)
         assert np.mean(kept[0] | kept[1]) > 0.9  # unless they are too fast
         np.testing.assert_array_equal(impacts.grain[: N // 20], impacts.grain[-N // 20 :])
 
@@ -168,7 +168,8 @@ class TestChains:
             np.linalg.norm(some.spin - [0.0, 0.0, -1.0], axis=1) < 0.1 for some in (early, late)
         ]
         assert rolls[0].mean() < 0.02 < 0.04 < rolls[1].mean()
-        assert np.median(late.spin[flat[1], 2]) == pytest.approx(-1.0, abs=0.15)
+        spins = flat[1] & (np.abs(late.spin[:, 2]) > 0.5)  # others slide between opposite walls
+        assert np.median(late.spin[spins, 2]) == pytest.approx(-1.0, abs=0.15)
 
     def test_inertias_after_first_hits_are_those_of_any_orientation(self, chains):
         """They turn about their long axis less than uniform orientations would."""
@@ -186,16 +187,19 @@ class TestChains:
         check_range(near)
         sizes = [np.linalg.norm(some.spin, axis=1) for some in (near, impacts)]
         ratio = sizes[0] / sizes[1]
-        assert np.mean(ratio < 0.1) > 0.1  # slowed down by a gas
+        kept = np.abs(np.log(ratio)) < 1e-9
+        assert 0.5 < kept.mean() < 0.7  # their angles change alone
+        assert np.mean(ratio < 0.1) > 0.05  # slowed down by a gas
         assert np.mean(np.abs(np.log(ratio)) < 0.5) > 0.4
         cosine = np.sum(near.spin * impacts.spin, axis=1) / sizes[0] / sizes[1]
         assert np.median(cosine) > 0.97
         change = np.log(near.alpha1 / impacts.alpha1)
-        assert 0.2 < change.std() < 0.6
+        assert 0.2 < change[~kept].std() < 0.6 < change[kept].std()
         moved = kappa_from_inertia(near.inertia, moments) - kappa_from_inertia(
             impacts.inertia, moments
         )
-        assert 0.02 < np.abs(moved).mean() < 0.1
+        assert 0.02 < np.abs(moved[~kept]).mean() < 0.1
+        np.testing.assert_allclose(moved[kept], 0.0, atol=1e-6)
 
 
 def test_impacts_without_spin_fill_the_range():

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import ks_2samp, norm
 from spin_laws import folded_inputs
 
-from sampler.formats.bounds import N_EXPERTS, N_FEATURES, SCORE_MAX
+from sampler.formats.bounds import N_EXPERTS, N_FEATURES, N_INPUTS, SCORE_MAX
 from tablegen.fitting.leaf import Rebounds, fit_leaf
 from tablegen.fitting.resolution import SpinSizes
 from tablegen.fitting.spin_coordinates import features
@@ -36,7 +36,8 @@ def rebounds(rng, root_angle=None, outcomes=7):
 def draw_outcomes(leaf, inputs, rng):
     """Outcomes of a stored leaf at some inputs, as a draw makes them."""
     experts = StoredExperts(leaf.group_gate, leaf.gate, leaf.mean, leaf.factor)
-    phi = features((inputs - leaf.centre) * leaf.scale, np.float32)
+    t = (inputs[:, :N_INPUTS] - leaf.centre) * leaf.scale
+    phi = features(np.column_stack([t, inputs[:, N_INPUTS:]]), np.float32)
     scores = bounded_scores(experts, phi, rng)
     knots = np.linspace(-SCORE_MAX, SCORE_MAX, leaf.quantiles.shape[1])
     columns = zip(scores.T, leaf.quantiles, strict=True)

@@ -26,7 +26,8 @@ def test_shapes_share_the_leaves_of_a_preset():
     four = spin_sizes(ROUGH)
     ellipsoids = four.pop(ELLIPSOID)
     assert len(set(four.values())) == 1
-    assert ellipsoids.leaves == pytest.approx(2 * four[PRISM].leaves, abs=1)
+    assert ellipsoids.leaves == pytest.approx(2.5 * four[PRISM].leaves, abs=2)
+    assert ellipsoids.rebounds == 2 * four[PRISM].rebounds
     whole = ellipsoids.leaves + 3 * four[PRISM].leaves
     assert preset.leaves <= whole < preset.leaves + 4
     two_shapes = ALONE | {"prism": 0.5, "sphere": 0.5}

@@ -18,6 +18,7 @@ from sampler import Table
 from sampler.formats.bounds import (
     FOLD,
     MEAN_UNIT,
+    N_DIRECTIONS,
     N_FEATURES,
     N_INPUTS,
     SCORE_MAX,
@@ -172,9 +173,10 @@ class TestInputs:
             own = energy_factor(impacts.spin, impacts.inertia)[k]
             assert own**2 == pytest.approx(energy, rel=1e-12)
 
-    def test_and_features_are_those_of_tables(self):
+    @pytest.mark.parametrize("code", CODES[:2])
+    def test_and_features_are_those_of_tables(self, code):
         """A table whose scores are one feature each gives that feature back."""
-        impacts, moments = random_impacts(4)
+        impacts, moments = random_impacts(4, code)
         inputs = inputs_of(impacts, moments)
         is_reflected = inputs[:, 2] < 0.0
         expected = features(reflect(inputs, is_reflected, INPUT_SIGNS))
@@ -305,7 +307,7 @@ def test_fold_is_the_reflection_in_the_impact_plane():
 
 
 def test_the_side_is_chosen_by_chance_near_the_fold_only():
-    inputs = np.zeros((30_000, N_INPUTS))
+    inputs = np.zeros((30_000, N_INPUTS + N_DIRECTIONS))
     inputs[:10_000, 2], inputs[10_000:20_000, 2], inputs[20_000:, 2] = FOLD, -FOLD, 0.5 * FOLD
     is_reflected = choose_reflected(inputs, np.random.default_rng(5))
     assert not is_reflected[:10_000].any()
@@ -327,7 +329,7 @@ def test_reflected_rebounds_have_reflected_outcomes():
 
 def test_a_motion_that_does_not_change_has_outcomes_o_of_its_share():
     """A rolling grain's o is small; one whose energy is at its contact counts from rest."""
-    impacts, moments = random_impacts(8, code=0)
+    impacts, moments = random_impacts(8)
     contact = nominal_contact(impacts, moments)
     velocity = np.column_stack([np.cos(impacts.alpha1), np.sin(impacts.alpha1), np.zeros(N)])
     states = np.hstack([velocity, impacts.spin])
@@ -341,6 +343,24 @@ def test_a_motion_that_does_not_change_has_outcomes_o_of_its_share():
     angle = np.arcsin(size) - np.arcsin((1.0 - share**2) * size)
     expected = 2.0 * np.tan(0.5 * angle) / share
     np.testing.assert_allclose(np.linalg.norm(o, axis=1), expected, rtol=1e-6, atol=1e-9)
+
+
+def sizes_out_of_the_plane(tilt):
+    """Medians of p_w, o_x and o_y of ellipsoids that turn about their shortest axes, by size."""
+    impacts, moments = random_impacts(8, code=0)
+    turn = np.random.default_rng(9).uniform(0.0, 2.0 * np.pi, N)
+    spin = 0.6 * np.column_stack([tilt * np.cos(turn), tilt * np.sin(turn), -np.ones(N)])
+    impacts = impacts._replace(spin=spin, inertia=moments.largest)
+    after = simulate_departures(DirectModel(load_config("corundum-steel")), impacts, 3, threads=1)
+    contact = nominal_contact(impacts, moments)
+    outcomes = rebound_outcomes(after.states, after.inertia, moments, contact)
+    return np.median(np.abs(outcomes[:, 2:5]), axis=0)
+
+
+def test_ellipsoids_leave_the_plane_of_an_impact_in_units_of_their_tilt():
+    """Without units, the sizes would be 16 times larger at the larger tilt."""
+    ratios = sizes_out_of_the_plane(0.08) / sizes_out_of_the_plane(0.005)
+    np.testing.assert_allclose(ratios, 1.0, atol=0.3)
 
 
 def test_a_rebound_without_a_loss_has_finite_outcomes():
@@ -358,12 +378,13 @@ def test_share_of_the_normal_work():
     np.testing.assert_allclose(shares**6, [0.25, 0.0, 1.0, 0.0, 0.0], atol=1e-12)
 
 
-def test_features_are_the_inputs_and_their_products():
-    t = np.array([[2.0, -1.0, 0.5, 3.0, 0.0, -2.0, 5.0, 7.0, 11.0]])
+def test_features_are_the_inputs_their_products_and_the_directions():
+    t = np.array([[2.0, -1.0, 0.5, 3.0, 0.0, -2.0, 5.0, 7.0, 11.0, 0.6, -0.8]])
     products = [t[0, i] * t[0, j] - 0.5 * (i == j) for i in range(9) for j in range(i, 9)]
-    np.testing.assert_array_equal(features(t), [[1.0, *t[0], *products]])
+    np.testing.assert_array_equal(features(t), [[1.0, *t[0, :9], *products, 0.6, -0.8]])
     assert features(t).shape == (1, N_FEATURES)
-    varies = np.zeros(9, dtype=bool)
-    varies[[0, 1, 7]] = True
-    # 1, three inputs, and the six products of two of these
-    assert np.flatnonzero(used_features(varies)).tolist() == [0, 1, 2, 8, 10, 11, 17, 19, 25, 52]
+    varies = np.zeros(11, dtype=bool)
+    varies[[0, 1, 7, 10]] = True
+    # 1, three inputs, the six products of two of these, and a direction
+    used = [0, 1, 2, 8, 10, 11, 17, 19, 25, 52, 56]
+    assert np.flatnonzero(used_features(varies)).tolist() == used

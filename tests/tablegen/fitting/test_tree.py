@@ -5,7 +5,7 @@ import pytest
 from spin_laws import folded_inputs
 from threadpoolctl import threadpool_limits
 
-from sampler.formats.bounds import CONDITIONS, N_CONDITIONS, NO_SPIN
+from sampler.formats.bounds import CONDITIONS, N_CONDITIONS, N_INPUTS, NO_SPIN
 from tablegen.fitting.spin_coordinates import AXES, SPIN_AXIS
 from tablegen.fitting.tree import grow_tree, join_trees
 
@@ -24,7 +24,7 @@ def one_blas_thread():
 def make_outcomes(inputs, rng):
     """Make outcomes that depend smoothly on all inputs, one for each condition."""
     slopes = np.random.default_rng(1).normal(0.0, 0.3, (9, 7)) / SPREADS[:, None]
-    return np.sin(inputs @ slopes) + 0.1 * rng.standard_normal((len(inputs), 7))
+    return np.sin(inputs[:, :N_INPUTS] @ slopes) + 0.1 * rng.standard_normal((len(inputs), 7))
 
 
 def grow(inputs, leaf_count, outcomes=None):
@@ -34,9 +34,10 @@ def grow(inputs, leaf_count, outcomes=None):
 
 
 def find_leaves(tree, inputs):
-    """Find the leaf numbers, (n,), of folded inputs (n, 9), as a draw finds them."""
+    """Find the leaf numbers, (n,), of folded inputs (n, 11), as a draw finds them."""
     square = np.sum(inputs[:, 2:5] ** 2, axis=1)
-    values = np.column_stack([inputs[:, :N_CONDITIONS], square, inputs[:, N_CONDITIONS:]])
+    ratios = inputs[:, N_CONDITIONS:N_INPUTS]
+    values = np.column_stack([inputs[:, :N_CONDITIONS], square, ratios])
     at = np.zeros(len(inputs), dtype=np.int64)
     while (going := np.flatnonzero(at >= 0)).size:
         node = at[going]

@@ -14,6 +14,9 @@ from tablegen.model.model_bounds import MOST_TURNED
 from tablegen.simulation.direct import model_without_warnings
 from tablegen.simulation.direct_law import DirectLaw
 from tablegen.simulation.impact_chains import (
+    ANY_WALL,
+    OPPOSITE_WALL,
+    SAME_WALL,
     energy_factor,
     first_impacts,
     join_impacts,
@@ -68,14 +71,15 @@ def frames_of(departures, impacts, reflected):
     return np.array(frames), left
 
 
-@pytest.mark.parametrize("any_wall", [False, True])
-def test_the_next_impact_is_that_of_the_lab_frame(departures, any_wall):
+@pytest.mark.parametrize("wall", [SAME_WALL, OPPOSITE_WALL, ANY_WALL])
+def test_the_next_impact_is_that_of_the_lab_frame(departures, wall):
     uniform = np.random.default_rng(1).random((len(INDEX), 2))
-    impacts = next_impacts(departures, np.full(len(INDEX), any_wall), uniform)
-    frames, left = frames_of(departures, impacts, not any_wall)
+    impacts = next_impacts(departures, np.full(len(INDEX), wall), uniform)
+    frames, left = frames_of(departures, impacts, wall == SAME_WALL)
     normal, up = frames[:, 1], np.array([0.0, 1.0, 0.0])
-    if not any_wall:
-        np.testing.assert_allclose(normal, np.tile(up, (len(INDEX), 1)), atol=1e-7)
+    if wall != ANY_WALL:
+        towards = up if wall == SAME_WALL else -up
+        np.testing.assert_allclose(normal, np.tile(towards, (len(INDEX), 1)), atol=1e-7)
         return
     angles = np.radians(5.0 + 80.0 * uniform[:, 0])
     np.testing.assert_allclose(impacts.alpha1, angles, atol=1e-9)
@@ -87,7 +91,7 @@ def test_the_next_impact_is_that_of_the_lab_frame(departures, any_wall):
 
 def test_a_particle_that_leaves_along_the_normal_meets_its_wall_head_on(departures):
     states = departures.states * [0.0, 1.0, 0.0, 1.0, 1.0, 1.0]
-    same_wall, uniform = np.full(len(INDEX), False), np.zeros((len(INDEX), 2))
+    same_wall, uniform = np.full(len(INDEX), SAME_WALL), np.zeros((len(INDEX), 2))
     impacts = next_impacts(departures._replace(states=states), same_wall, uniform)
     np.testing.assert_array_equal(impacts.alpha1, 0.5 * np.pi)
     size = np.linalg.norm(states[:, 3:], axis=1) / states[:, 1]
@@ -95,7 +99,7 @@ def test_a_particle_that_leaves_along_the_normal_meets_its_wall_head_on(departur
 
 
 def test_energies_before_and_after_an_impact_add_up(departures):
-    impacts = next_impacts(departures, np.full(len(INDEX), True), np.full((len(INDEX), 2), 0.3))
+    impacts = next_impacts(departures, np.full(len(INDEX), ANY_WALL), np.full((len(INDEX), 2), 0.3))
     left = simulate_departures(law(), impacts, 3)
     before = energy_factor(impacts.spin, impacts.inertia) ** 2
     after = np.sum(left.states[:, :3] ** 2, axis=1)
