@@ -1,4 +1,4 @@
-"""Grains in a duct with wavy walls, a flow to which no table was tuned: tables, direct simulation.
+"""Grains in a duct with wavy walls: tables beside direct simulation.
 
     python docs/studies/wavy_duct.py
 
