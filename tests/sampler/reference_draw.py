@@ -289,8 +289,8 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     t = (np.array([*q, *roots]) - contents["spin/centre"][leaf]) * contents["spin/scale"][leaf]
     products = [t[i] * t[j] - 0.5 * (i == j) for i in range(9) for j in range(i, 9)]
     across = (spin[0] ** 2 + spin[1] ** 2) / size**2 if size else 0.0
-    tilt, is_tilted = math.sqrt(across + (1.0 - kappa) ** 2 / 4.0 + 1e-6), grain[0] == 0 and size
-    directions = spin[:2] / (size * tilt) if is_tilted else np.zeros(2)
+    tilt, mirrored = math.sqrt(across + (1.0 - kappa) ** 2 / 4.0 + 1e-6), grain[0] == 0 and size
+    directions = spin[:2] / (size * tilt) if mirrored else np.zeros(2)
     features = np.array([1.0, *t, *products, *directions])
     # 4. expert
     group = _chosen(features @ (contents["spin/group_gate"][leaf] / 512.0), w[0])
@@ -316,9 +316,9 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     root, arm = math.sqrt(inertia), math.hypot(math.sqrt(inertia), distance)
     cosine, sine, y = root / arm, distance / arm, root * spin
     rest = np.array([y[0] * cosine, y[1], y[2] * cosine - math.cos(alpha) * sine])
-    rest *= np.array([*[1.0 if is_tilted else 1.0 - share**2] * 2, 1.0 - share**2])
+    rest *= np.array([*[1.0 if mirrored else 1.0 - share**2] * 2, 1.0 - share**2])
     rest /= math.sqrt(energy)
-    if is_tilted:
+    if mirrored:
         x[3:5] *= tilt
         scatter = square - slip**2 - (distance * spin[0]) ** 2 - math.sin(alpha) ** 2
         x[1] *= math.sqrt((math.sin(alpha) ** 2 + 8.0 * scatter) / square)
