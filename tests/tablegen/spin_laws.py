@@ -3,7 +3,7 @@
 import numpy as np
 
 from sampler.formats.bounds import CONDITIONS, N_INPUTS
-from tablegen.fitting.law_conditions import covered_range
+from tablegen.fitting.law_conditions import covered_range, grain_moments
 from tablegen.fitting.spin_coordinates import SPIN_RANGE
 from tablegen.simulation.direct import DirectModel
 from tablegen.simulation.impact_chains import (
@@ -62,6 +62,21 @@ def chain_sample(config, most_spin_z=np.inf):
     left = simulate_departures(model, others, 3, threads=1)
     sizes = 1.0 / len(others.index) + 1.0 / len(impacts.index)
     return impacts, left, np.sqrt(0.5 * np.log(2.0 / 1e-3) * sizes)
+
+
+def tilted_departures(config, code, tilt):
+    """Departures of grains that arrive with a tilted spin, and the moments of the grains.
+
+    The grains turn about their shortest axes, which lie across the impact but for the tilt.
+    """
+    n, rng = 2000, np.random.default_rng(9)
+    ratios, turn = rng.uniform(0.5, 0.9, (n, 2)), rng.uniform(0.0, 2.0 * np.pi, n)
+    alpha, grain = np.radians(rng.uniform(10.0, 40.0, n)), np.insert(ratios, 0, code, axis=1)
+    impacts = first_impacts(alpha, np.full(n, 60.0), grain, np.arange(n, dtype=np.uint64))
+    spin = 0.6 * np.column_stack([tilt * np.cos(turn), tilt * np.sin(turn), -np.ones(n)])
+    moments = grain_moments(config.population, code, ratios)
+    impacts = impacts._replace(spin=spin, inertia=moments.largest)
+    return simulate_departures(DirectModel(config), impacts, 9, threads=1), moments
 
 
 def folded_inputs(n, rng, spinning=True):

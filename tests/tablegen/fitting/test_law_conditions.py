@@ -189,10 +189,10 @@ class TestChains:
         ratio = sizes[0] / sizes[1]
         kept = np.abs(np.log(ratio)) < 1e-9
         assert 0.5 < kept.mean() < 0.7  # their angles change alone
-        assert np.mean(ratio < 0.1) > 0.05  # slowed down by a gas
-        assert np.mean(np.abs(np.log(ratio)) < 0.5) > 0.4
+        assert np.mean(ratio[~kept] < 0.1) > 0.1  # slowed down by a gas
+        assert np.mean(np.abs(np.log(ratio[~kept])) < 0.5) > 0.4
         cosine = np.sum(near.spin * impacts.spin, axis=1) / sizes[0] / sizes[1]
-        assert np.median(cosine) > 0.97
+        assert np.median(cosine[~kept]) > 0.97
         change = np.log(near.alpha1 / impacts.alpha1)
         assert 0.2 < change[~kept].std() < 0.6 < change[kept].std()
         moved = kappa_from_inertia(near.inertia, moments) - kappa_from_inertia(

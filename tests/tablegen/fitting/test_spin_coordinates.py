@@ -12,6 +12,7 @@ from reference_draw import (
     reference_spin_draw,
 )
 from small_tables import works
+from spin_laws import tilted_departures
 from spin_tables import with_spin_law
 
 from sampler import Table
@@ -49,7 +50,8 @@ from tablegen.simulation.impact_chains import Impacts, energy_factor, simulate_d
 from tablegen.simulation.sphere_rebounds import sphere_laws, sphere_rebounds
 
 N = 300
-POPULATION = load_config("corundum-steel").population
+CONFIG = load_config("corundum-steel")
+POPULATION = CONFIG.population
 SPEED = SpeedCoordinate(0.1, 0.61, 600.0)
 CODES = (0, 1, 3)
 #: A random law of ellipsoids, prisms and tetrahedra with the moments that they have.
@@ -238,9 +240,7 @@ def test_draws_make_the_simulated_rebounds_of_their_outcomes(code, rolls):
         contact = nominal_contact(impacts, moments)
         turning = contact.root_inertia * contact.spin
         assert (contact.speed < 0.8 * turning).mean() > 0.3
-    departures = simulate_departures(
-        DirectModel(load_config("corundum-steel")), impacts, 3, threads=1
-    )
+    departures = simulate_departures(DirectModel(CONFIG), impacts, 3, threads=1)
     energy = energy_factor(impacts.spin, impacts.inertia) ** 2
     outcomes = rebound_outcomes(
         departures.states, departures.inertia, moments, nominal_contact(impacts, moments)
@@ -347,13 +347,9 @@ def test_a_motion_that_does_not_change_has_outcomes_o_of_its_share():
 
 def sizes_out_of_the_plane(tilt):
     """Medians of p_w, o_x and o_y of ellipsoids that turn about their shortest axes, by size."""
-    impacts, moments = random_impacts(8, code=0)
-    turn = np.random.default_rng(9).uniform(0.0, 2.0 * np.pi, N)
-    spin = 0.6 * np.column_stack([tilt * np.cos(turn), tilt * np.sin(turn), -np.ones(N)])
-    impacts = impacts._replace(spin=spin, inertia=moments.largest)
-    after = simulate_departures(DirectModel(load_config("corundum-steel")), impacts, 3, threads=1)
+    (impacts, states, inertia, _), moments = tilted_departures(CONFIG, 0, tilt)
     contact = nominal_contact(impacts, moments)
-    outcomes = rebound_outcomes(after.states, after.inertia, moments, contact)
+    outcomes = rebound_outcomes(states, inertia, moments, contact)
     return np.median(np.abs(outcomes[:, 2:5]), axis=0)
 
 

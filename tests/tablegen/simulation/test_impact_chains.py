@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import kstest
-from spin_laws import effective_speed
+from spin_laws import effective_speed, tilted_departures
 
 from tablegen.config.config import load_config
-from tablegen.fitting.law_conditions import grain_moments
 from tablegen.model.model_bounds import MOST_TURNED
 from tablegen.simulation.direct import model_without_warnings
 from tablegen.simulation.direct_law import DirectLaw
@@ -135,18 +134,9 @@ def test_impacts_are_selected_and_joined():
 
 
 def sizes_across(code, tilt):
-    """Median sizes of w, omega_x and omega_y of grains that arrive with a tilted spin.
-
-    The grains turn about their shortest axes, which lie across the impact but for the tilt.
-    """
-    n, rng = 2000, np.random.default_rng(9)
-    ratios, turn = rng.uniform(0.5, 0.9, (n, 2)), rng.uniform(0.0, 2.0 * np.pi, n)
-    alpha, grain = np.radians(rng.uniform(10.0, 40.0, n)), np.insert(ratios, 0, code, axis=1)
-    impacts = first_impacts(alpha, np.full(n, 60.0), grain, np.arange(n, dtype=np.uint64))
-    tilted = 0.6 * np.column_stack([tilt * np.cos(turn), tilt * np.sin(turn), -np.ones(n)])
-    inertia = grain_moments(CONFIG.population, code, ratios).largest
-    states = simulate_departures(law(), impacts._replace(spin=tilted, inertia=inertia), 9).states
-    return np.median(np.abs(states[:, 2:5]), axis=0)
+    """Median sizes of w, omega_x and omega_y of grains that arrive with a tilted spin."""
+    departures, _ = tilted_departures(CONFIG, code, tilt)
+    return np.median(np.abs(departures.states[:, 2:5]), axis=0)
 
 
 def test_ellipsoids_leave_the_plane_of_the_impact_in_proportion_to_the_tilt_of_their_spin():
