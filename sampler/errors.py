@@ -81,7 +81,7 @@ CODES = (
     Code("ERR_BIG_ENDIAN", -18, "this machine is big-endian, and tables are little-endian"),
     Code("ERR_FORMAT", -19, "the file is not a binary rebound table (.rbt)"),
     Code("ERR_VERSION", -20,
-        "the file has a format version other than 1.x; write it again: sampler export"),
+        "the file has a format, or a spin law, of another version; write it again: sampler export"),
     Code("ERR_SIZE", -21, "the file is damaged: it has not the length that its header states"),
     Code("ERR_CHECKSUM", -22, "the file is damaged: its contents do not have its checksum"),
     Code("ERR_DIMENSIONS", -23,

@@ -19,7 +19,10 @@ from sampler.formats.bounds import (
     N_GROUPS,
     N_INPUTS,
     N_KAPPA_QUANTILES,
+    N_OUTCOMES,
+    N_OUTCOMES_WITH_WORKS,
     PAIR_BYTES,
+    expert_stride,
 )
 from sampler.formats.channels import MOST_NAMES
 from sampler.formats.shape_codes import FIRST_MESH
@@ -170,7 +173,10 @@ COUNTS = {
     "n_nodes": "nodes of their trees",
     "n_leaves": "leaves of their trees",
     "n_spin_knots": "knots of a quantile function of the spin law",
-    "n_outcomes": "outcomes of the spin law: 7, or 8 with works; expert_stride is 352 or 416",
+    "n_outcomes": "outcomes of the spin law: 7, or 8 with works; expert_stride is "
+    f"{expert_stride(N_OUTCOMES)} or {expert_stride(N_OUTCOMES_WITH_WORKS)}",
+    "n_features": f"features of the spin law: {N_FEATURES}; a reader takes no other number",
+    "n_experts": f"experts of a leaf: {N_EXPERTS}; a reader takes no other number",
     "n_law_parameters": "numbers of the laws of contact; 0: none",
     "flags": f"sum of {SPEED_INDEPENDENT}: rebounds do not depend on the speed, none is outside; "
     f"{SPHERES}: a table of spheres",

@@ -20,8 +20,8 @@ static int rbti_check_start(const char *image, size_t size, rbti_header *header)
     RBTI_REQUIRE(size >= sizeof *header && size < RBTI_MOST_BYTES, RBT_ERR_SIZE);
     memcpy(header, image, sizeof *header);
     RBTI_REQUIRE(header->file_bytes == size, RBT_ERR_SIZE);
-    RBTI_REQUIRE(header->header_bytes >= sizeof *header && header->header_bytes <= size,
-                 RBT_ERR_SIZE);
+    RBTI_REQUIRE(header->header_bytes >= sizeof *header, RBT_ERR_VERSION);
+    RBTI_REQUIRE(header->header_bytes <= size, RBT_ERR_SIZE);
     return RBT_OK;
 }
 
@@ -46,6 +46,8 @@ static int rbti_check_dimensions(const rbti_header *h)
     RBTI_DIMENSIONS(RBTI_DO)
 #undef RBTI_DO
     RBTI_REQUIRE(nodes ? law || !spheres : !law, RBT_ERR_DIMENSIONS);
+    const uint32_t features = law ? RBTI_FEATURES : 0, experts = law ? RBTI_GROUPS * RBTI_GROUP_SIZE : 0;
+    RBTI_REQUIRE(h->n_features == features && h->n_experts == experts, RBT_ERR_VERSION);
     const uint32_t needed = 1 + h->n_channels + h->n_channels * (h->n_channels + 1) / 2;
     uint32_t stride = 1;
     while (stride < needed)

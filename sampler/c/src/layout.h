@@ -14,7 +14,7 @@ typedef struct rbti_header {
     char pair[128];
     uint32_t n_alpha, n_speed, n_alpha_grid, n_speed_grid, n_knots, n_components, n_classes,
         n_channels, n_marginals, stride, n_columns, n_shapes, n_nodes, n_leaves, n_spin_knots,
-        n_outcomes, n_law_parameters, flags;
+        n_outcomes, n_features, n_experts, n_law_parameters, flags;
     int8_t channels[8], marginals[8], columns[8];
     int32_t alpha_offset, speed_offset;
     double alpha_first, alpha_last, alpha_origin, alpha_scale, speed_first, speed_last,

@@ -149,8 +149,8 @@ RBT_API const char *rbt_strerror(int code)
         {RBT_ERR_NO_MEMORY, "there is not enough memory for this table"},
         {RBT_ERR_BIG_ENDIAN, "this machine is big-endian, and tables are little-endian"},
         {RBT_ERR_FORMAT, "the file is not a binary rebound table (.rbt)"},
-        {RBT_ERR_VERSION, "the file has a format version other than 1.x; write it again: "
-         "sampler export"},
+        {RBT_ERR_VERSION, "the file has a format, or a spin law, of another version; "
+         "write it again: sampler export"},
         {RBT_ERR_SIZE, "the file is damaged: it has not the length that its header "
          "states"},
         {RBT_ERR_CHECKSUM, "the file is damaged: its contents do not have its checksum"},
