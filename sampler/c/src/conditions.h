@@ -338,17 +338,27 @@ RBTI_INLINE RBT_DEVICE void rbti_prefetch(const int16_t *numbers, size_t count)
         RBTI_PREFETCH(numbers + k);
 }
 
-/* Step 2: the leaf of each draw in the tree of its shape. A negative child means the leaf -1 - child. */
+/* Step 2: the leaf of each draw in the tree of its shape. A negative child means the leaf -1 - child. All
+   draws go down a level at a time, so that the processor need not guess where a path ends. */
 RBTI_INLINE RBT_DEVICE void rbti_find_leaves(size_t m, const rbt_spin_law *law, rbti_spin_draws *d)
 {
     const size_t numbers = RBTI_FEATURES * RBTI_GROUPS;
-    RBTI_EACH_DRAW(r) {
-        int32_t node = law->roots[d->shape[r]];
-        while (node >= 0) {
-            const double value = d->inputs[(size_t)law->node_axis[node] * m + r];
-            node = law->node_child[2 * node + (value >= law->node_cut[node])];
+    int32_t node[RBTI_BLOCK] RBTI_ALIGNED;
+    int on_the_way = 1;
+    RBTI_EACH_DRAW(r)
+        node[r] = law->roots[d->shape[r]];
+    while (on_the_way) {
+        on_the_way = 0;
+        RBTI_EACH_DRAW(r) {
+            const int32_t at = node[r] < 0 ? 0 : node[r]; /* any node does where the path has ended */
+            const double value = d->inputs[(size_t)law->node_axis[at] * m + r];
+            const int32_t child = law->node_child[2 * at + (value >= law->node_cut[at])];
+            node[r] = node[r] < 0 ? node[r] : child;
+            on_the_way |= node[r] >= 0;
         }
-        d->leaf[r] = -1 - node;
+    }
+    RBTI_EACH_DRAW(r) {
+        d->leaf[r] = -1 - node[r];
         RBTI_PREFETCH(law->inputs + 2 * RBTI_INPUTS * (size_t)d->leaf[r]);
     }
     RBTI_EACH_DRAW(r)

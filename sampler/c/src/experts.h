@@ -8,40 +8,45 @@
    over an array, they would wait for memory in every row. */
 #if defined(__GNUC__) && !defined(RBTI_GPU) && (defined(__clang__) || __GNUC__ >= 9)
 #define RBTI_VECTORS 1
-typedef int16_t rbti_shorts __attribute__((vector_size(16)));
 typedef int32_t rbti_longs __attribute__((vector_size(32)));
 typedef float rbti_singles __attribute__((vector_size(32)));
 
 RBTI_INLINE void rbti_load_eight(const int16_t *numbers, rbti_singles *eight)
 {
-    rbti_shorts raw;
-    memcpy(&raw, numbers, sizeof raw);
-    *eight = __builtin_convertvector(__builtin_convertvector(raw, rbti_longs), rbti_singles);
+    const rbti_longs longs = {numbers[0], numbers[1], numbers[2], numbers[3],
+                              numbers[4], numbers[5], numbers[6], numbers[7]};
+    *eight = __builtin_convertvector(longs, rbti_singles);
 }
 #endif
 
-/* Add a vector times a matrix to eight sums. The matrix has `rows` rows of eight numbers, each of which
-   begins `width` numbers behind the row before; factors[row m] is the number of the vector for a row. */
-RBTI_INLINE RBT_DEVICE void rbti_add_rows(size_t m, size_t rows, const int16_t *numbers,
+/* Make eight sums, a vector times a matrix. The matrix has `rows` rows of eight numbers, each of which
+   begins `width` numbers behind the row before; factors[row m] is the number of the vector for a row.
+   Every fourth row goes into the same part of a sum: so an addition need not wait for the one before. */
+RBTI_INLINE RBT_DEVICE void rbti_sum_rows(size_t m, size_t rows, const int16_t *numbers,
                                           size_t width, const float *factors, float *sums)
 {
 #ifdef RBTI_VECTORS
-    rbti_singles total, eight;
-    memcpy(&total, sums, sizeof total);
-    for (size_t row = 0; row < rows; row++) {
-        rbti_load_eight(numbers + row * width, &eight);
-        total += eight * factors[row * m];
-    }
-    memcpy(sums, &total, sizeof total);
+    rbti_singles parts[4] = {{0.0f}}, eight;
+    for (size_t first = 0; first < rows; first += 4)
+        for (size_t k = 0; k < 4 && first + k < rows; k++) {
+            rbti_load_eight(numbers + (first + k) * width, &eight);
+            parts[k] += eight * factors[(first + k) * m];
+        }
+    parts[0] = (parts[0] + parts[1]) + (parts[2] + parts[3]);
+    memcpy(sums, parts, sizeof *parts);
 #else
-    for (size_t row = 0; row < rows; row++)
-        for (size_t k = 0; k < 8; k++)
-            sums[k] += factors[row * m] * (float)numbers[row * width + k];
+    float parts[4][8] = {{0.0f}};
+    for (size_t first = 0; first < rows; first += 4)
+        for (size_t k = 0; k < 4 && first + k < rows; k++)
+            for (size_t i = 0; i < 8; i++)
+                parts[k][i] += factors[(first + k) * m] * (float)numbers[(first + k) * width + i];
+    for (size_t i = 0; i < 8; i++)
+        sums[i] = (parts[0][i] + parts[1][i]) + (parts[2][i] + parts[3][i]);
 #endif
 }
 
-/* The same for a triangular matrix, whose row k has numbers for the sums from k to `rows`. Its rows
-   follow one another without gaps. */
+/* Add a vector times a triangular matrix to eight sums. Row k of the matrix has numbers for the sums from k
+   to `rows`, and rows follow one another without gaps. */
 RBTI_INLINE RBT_DEVICE void rbti_add_triangle(size_t m, size_t rows, const int16_t *numbers,
                                               const float *factors, float *sums)
 {
@@ -72,9 +77,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_logits(size_t m, const int16_t *gates, con
 {
     RBTI_EACH_DRAW(r) {
         float sums[8] RBTI_ALIGNED;
-        for (size_t k = 0; k < 8; k++)
-            sums[k] = 0.0f;
-        rbti_add_rows(m, RBTI_FEATURES, gates + RBTI_FEATURES * 8 * (size_t)places[r], 8,
+        rbti_sum_rows(m, RBTI_FEATURES, gates + RBTI_FEATURES * 8 * (size_t)places[r], 8,
                       features + r, sums);
         for (size_t k = 0; k < 8; k++)
             logits[k * m + r] = sums[k];
@@ -169,9 +172,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_scores(size_t m, size_t outcomes, const rb
         const int16_t *means = law->experts + stride * (size_t)d->expert[r];
         const int16_t *factor = means + RBTI_FEATURES * outcomes;
         float sums[8] RBTI_ALIGNED;
-        for (size_t k = 0; k < 8; k++)
-            sums[k] = 0.0f;
-        rbti_add_rows(m, RBTI_FEATURES, means, outcomes, d->features + r, sums);
+        rbti_sum_rows(m, RBTI_FEATURES, means, outcomes, d->features + r, sums);
         for (size_t k = 0; k < 8; k++)
             sums[k] *= RBTI_MEAN_UNIT;
         rbti_add_triangle(m, outcomes, factor, d->scores + r, sums);
