@@ -127,8 +127,9 @@ N_CONDITIONS = len(CONDITIONS)
 #: Ratios of a grain. The inputs that follow from them are sqrt(1 - b/a) and sqrt(1 - c/b).
 RATIOS = ("b_a", "c_b")
 N_INPUTS = N_CONDITIONS + len(RATIOS)
-#: Components of the tilt of an ellipsoid from a motion in the plane of its impact, over their size.
-N_DIRECTIONS = 2
+#: Of ellipsoids with a spin: the three parts of their tilt A from a motion in the plane of the
+#: impact, over A, and the part of their rise that the velocity towards the wall makes.
+N_DIRECTIONS = 4
 #: 1, the inputs, the products of two of them, and the directions.
 N_FEATURES = 1 + N_INPUTS + N_INPUTS * (N_INPUTS + 1) // 2 + N_DIRECTIONS
 N_OUTCOMES = 7

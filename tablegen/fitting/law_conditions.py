@@ -8,8 +8,9 @@ flows have many impacts. There are three kinds:
   opposite walls, or on walls of any direction, and gets its speed back after each hit: the velocity
   keeps its direction, or the gas drives the grain along the wall, which it meets as fast as it left
   the one before. In such chains grains settle into rolling, with spins that differ by a few
-  hundredths. These spins depend on the pair, the grain and the gas, and only chains find them. Half
-  of the impacts come from the first hits of short chains, and half from long ones.
+  hundredths. These spins depend on the pair, the grain and the gas, and only chains find them. Some
+  chains are short, because the first hits differ; some are long; and in some, on one wall, nearly
+  round grains settle, which in a flow make most of the hits.
 - *Neighbours* of impacts of chains, because gas and the curvature of walls change the angle between
   two hits: more than half have another angle alone, and the others another spin, too.
 - *Spread impacts*, over the whole range of the law.
@@ -28,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from sampler.formats.shape_codes import SHAPE_CODES
 from tablegen.config.config import Config
 from tablegen.config.grain_ranges import inertia_coefficients, ratio_range
 from tablegen.config.population import Population
@@ -65,17 +67,31 @@ LAW_ALPHA_DEG = (0.05, 90.0)
 SLOWEST, FASTEST = 3e-4, 2.0
 
 #: Shares of the impacts of chains and of their neighbours; the other impacts are spread.
-_CHAIN_SHARE, _NEIGHBOUR_SHARE = 0.45, 0.35
+_CHAIN_SHARE, _NEIGHBOUR_SHARE = 0.45, 0.43
 
-#: Hits of a short chain and of a long one. Nearly round grains settle within a hundred hits.
-_SHORT_CHAIN, _LONG_CHAIN = 5, 120
 
-#: Shares of chains on one wall, between two opposite walls, and on walls of any direction.
-_WALL_SHARES = {SAME_WALL: 0.42, OPPOSITE_WALL: 0.28, ANY_WALL: 0.3}
+class Chains(NamedTuple):
+    """A kind of chains."""
 
-#: Share of the first two in which the gas makes up for what a hit takes from the motion along the
-#: wall.
-_ALONG_WALL_SHARE = 0.5
+    #: Their weight among the impacts of chains.
+    weight: float
+    hits: int
+    #: Shares of the chains on one wall, between two opposite walls, and on walls of any direction.
+    walls: dict[int, float]
+    #: Share of those on one or two walls in which the gas makes up for what a hit takes from the
+    #: motion along the wall.
+    along_wall: float
+    #: Share of the ellipsoids that are rounder: 1 - b/a is multiplied by a uniform random number.
+    rounder: float
+
+
+_ALL_WALLS = {SAME_WALL: 0.42, OPPOSITE_WALL: 0.28, ANY_WALL: 0.3}
+
+#: Nearly round grains settle within a hundred hits. Grains of other shapes do not settle, so their
+#: chains are of the first two kinds.
+SHORT_CHAINS = Chains(0.3, 5, _ALL_WALLS, along_wall=0.5, rounder=0.0)
+LONG_CHAINS = Chains(0.4, 120, _ALL_WALLS, along_wall=0.5, rounder=0.3)
+SETTLED_CHAINS = Chains(0.3, 400, {SAME_WALL: 1.0}, along_wall=0.3, rounder=1.0)
 
 #: Range of the exponents by which the gas of such a chain slows down the spin from hit to hit, and
 #: the part of it by which the velocity towards the wall gets slower. Of a sphere in Stokes's drag
@@ -88,9 +104,10 @@ _DAMPING, _HOP_PART = (3e-3, 3.0), 0.1
 _TURNED_SHARE, _TURNED_DEVIATION = 0.6, 1.0
 
 #: Standard deviations of the changes from an impact to another neighbour: of the logarithm of the
-#: size of the spin and of the angle, of the three numbers of the spin over its size, and of kappa.
+#: size of the spin and of the angle, of the three numbers of the spin over its size, and of the
+#: logarithm of the odds of kappa.
 _SIZE_DEVIATION, _ANGLE_DEVIATION = 0.4, 0.5
-_DIRECTION_DEVIATION, _KAPPA_DEVIATION = 0.1, 0.05
+_DIRECTION_DEVIATION, _ODDS_DEVIATION = 0.1, 0.5
 #: A third of these neighbours has a spin that is scaled down, at most by this factor.
 _LEAST_SLOWDOWN = 1e-3
 
@@ -154,6 +171,17 @@ def draw_ratios(
     return ratios
 
 
+def _rounder(
+    ellipsoids: FloatArray, population: Population, share: float, rng: np.random.Generator
+) -> FloatArray:
+    """Make a share of ellipsoids (n, 3) rounder, up to the largest b/a of the population."""
+    largest, n = ratio_range(population, SHAPE_CODES["ellipsoid"])[0, 1], len(ellipsoids)
+    part = np.where(rng.random(n) < share, rng.random(n), 1.0)
+    return np.column_stack(
+        [ellipsoids[:, 0], largest - part * (largest - ellipsoids[:, 1]), ellipsoids[:, 2]]
+    )
+
+
 def draw_grains(
     population: Population, shape_code: int, count: int, rng: np.random.Generator
 ) -> FloatArray:
@@ -199,11 +227,11 @@ def chain_impacts(
     law: DirectLaw,
     domain: LawRange,
     grains: FloatArray,
-    hits: int,
+    kind: Chains,
     seed: Callable[[int], int],
     rng: np.random.Generator,
 ) -> tuple[Impacts, FloatArray]:
-    """Simulate chains of hits of grains.
+    """Simulate a kind of chains of hits of grains.
 
     Parameters
     ----------
@@ -211,8 +239,7 @@ def chain_impacts(
     domain : LawRange
         Impacts outside this range are moved to its ends.
     grains : (m, 3) float64
-    hits : int
-        Hits of each grain.
+    kind : Chains
     seed : callable
         Gives the seed of each hit from its number.
     rng : numpy.random.Generator
@@ -228,12 +255,12 @@ def chain_impacts(
     impacts = nonspinning_impacts(domain, grains, rng)
     # after each hit, half of the grains get their first V back, and the others their first V_e
     speed, keeps_speed = impacts.speed, rng.random(count) < 0.5
-    walls = rng.choice(list(_WALL_SHARES), count, p=list(_WALL_SHARES.values()))
-    along_wall = (walls != ANY_WALL) & (rng.random(count) < _ALONG_WALL_SHARE)
+    walls = rng.choice(list(kind.walls), count, p=list(kind.walls.values()))
+    along_wall = (walls != ANY_WALL) & (rng.random(count) < kind.along_wall)
     keeps_speed |= along_wall
     damping = _log_uniform(_DAMPING, count, rng)
     inertia_after_first, impacts_by_hit = np.zeros(count), []
-    for hit in range(1, hits):
+    for hit in range(1, kind.hits):
         departures = simulate_departures(law, impacts, seed(hit), threads=1)
         if hit == 1:
             inertia_after_first = departures.inertia
@@ -292,8 +319,8 @@ def neighbouring_impacts(
     deviation = np.where(turned, _TURNED_DEVIATION, _ANGLE_DEVIATION)
     alpha = np.clip(impacts.alpha1 * np.exp(deviation * rng.standard_normal(n)), least, most)
     kappa = kappa_from_inertia(impacts.inertia, moments)
-    kappa += np.where(turned, 0.0, _KAPPA_DEVIATION * rng.standard_normal(n))
-    inertia = inertia_from_kappa(np.clip(kappa, 0.0, 1.0), moments)
+    odds = np.exp(np.where(turned, 0.0, _ODDS_DEVIATION * rng.standard_normal(n)))
+    inertia = inertia_from_kappa(kappa * odds / (1.0 - kappa + kappa * odds), moments)
     effective = _draw_speeds(*domain.effective, n, rng)
     return _at_speed(impacts._replace(alpha1=alpha), spin, inertia, effective, domain)
 
@@ -372,20 +399,26 @@ def _occurring_impacts(
     Returns the impacts to fit as they are, the impacts whose neighbours are to be fitted, and the
     places kappa after the first hits of short chains.
     """
+    settle = shape_code == SHAPE_CODES["ellipsoid"]
+    kinds = [SHORT_CHAINS, LONG_CHAINS, *[SETTLED_CHAINS] * settle]
+    weights = sum(kind.weight for kind in kinds)
 
-    def simulate_chains(size: float, hits: int, first: int) -> tuple[Impacts, FloatArray]:
-        grains = draw_grains(population, shape_code, math.ceil(size / (hits - 1)), rng)
+    def simulate_chains(kind: Chains, first: int) -> tuple[Impacts, FloatArray]:
+        size = math.ceil(kind.weight / weights * count / (kind.hits - 1))
+        grains = draw_grains(population, shape_code, size, rng)
+        if settle:
+            grains = _rounder(grains, population, kind.rounder, rng)
         impacts, inertia = chain_impacts(
-            law, domain, grains, hits, lambda hit: seed(first + hit), rng
+            law, domain, grains, kind, lambda hit: seed(first + hit), rng
         )
         moments = grain_moments(population, shape_code, grains[:, 1:])
         spins = inertia > 0.0
         kappa = kappa_from_inertia(np.where(spins, inertia, moments.largest), moments)
         return impacts, kappa[spins]
 
-    early, kappa = simulate_chains(0.5 * count, _SHORT_CHAIN, 0)
-    late, _ = simulate_chains(0.5 * count, _LONG_CHAIN, _SHORT_CHAIN)
-    impacts = join_impacts([early, late])
+    firsts = np.cumsum([0, *(kind.hits for kind in kinds)])
+    chains = [simulate_chains(kind, int(first)) for kind, first in zip(kinds, firsts, strict=False)]
+    impacts, kappa = join_impacts([some for some, _ in chains]), chains[0][1]
     spins = (impacts.inertia > 0.0) & (np.square(impacts.spin).sum(axis=1) > 0.0)
     rows = rng.permutation(np.flatnonzero(spins))
     near = math.floor(len(rows) * _NEIGHBOUR_SHARE / (_CHAIN_SHARE + _NEIGHBOUR_SHARE))

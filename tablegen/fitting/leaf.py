@@ -62,7 +62,7 @@ _NEVER_DRAWN = 60 * GATE_UNIT
 class Rebounds(NamedTuple):
     """Rebounds of n particles."""
 
-    #: (n, 11): inputs of their conditions, and directions.
+    #: (n, 13): inputs of their conditions, and directions.
     inputs: FloatArray
     #: (n, 7), or (n, 8) with works.
     outcomes: FloatArray

@@ -92,7 +92,7 @@ class SpinSizes(NamedTuple):
 
 #: Sizes for each preset of the accuracy, with the leaves of all shapes together.
 SPIN_SIZES = {
-    "compact": SpinSizes(74, 42, 8, 4, 8, 120_000, 65),
+    "compact": SpinSizes(71, 42, 8, 4, 8, 120_000, 65),
     "standard": SpinSizes(265, 110, 8, 4, 8, 120_000, 97),
     "fine": SpinSizes(600, 240, 8, 8, 8, 250_000, 129),
 }

@@ -51,7 +51,7 @@ SPIN_RANGE = (0.0, 10.0)
 
 #: Signs under reflection in the impact plane: of the first seven outcomes, and of the inputs.
 OUTCOME_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0, 1.0])
-INPUT_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0])
+INPUT_SIGNS = np.array([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
 
 #: Column of sigma_x among the inputs.
 _SIGMA_X = 2
@@ -174,7 +174,7 @@ def nominal_contact(impacts: Impacts, moments: Moments) -> Contact:
     A grain that turns about its shortest axis, which lies across the impact, stays in the plane of
     the impact if this plane is a mirror of the grain. From such a motion it is away by
 
-        A^2 = (s_x^2 + s_y^2)/|s|^2 + (1 - kappa)^2/4 + `LEAST_TILT`^2,
+        A = ((s_x^2 + s_y^2)/|s|^2 + `LEAST_TILT`^2)^(1/2) + 1 - kappa,
 
     and the outcomes p_w, o_x and o_y of ellipsoids with a spin, which leave the plane, are in units
     of A. They count from the motion before the impact: o_x and o_y from the whole of it, and p_w
@@ -199,7 +199,7 @@ def nominal_contact(impacts: Impacts, moments: Moments) -> Contact:
     energy = 1.0 + inertia * spin**2
     root = np.sqrt(inertia)
     across = np.square(impacts.spin[:, :2]).sum(axis=1) / np.where(spins, spin, 1.0) ** 2
-    tilt = np.sqrt(across + 0.25 * rest**2 + LEAST_TILT**2)
+    tilt = np.sqrt(across + LEAST_TILT**2) + rest
     mirrored = spins & (impacts.grain[:, 0] == SHAPE_CODES["ellipsoid"])
     contact = Contact(
         *(kappa, distance, root, energy, np.sqrt(speed), slip, spin, tilt, mirrored),
@@ -264,7 +264,7 @@ def beside_sphere(contact: Contact, impacts: Impacts, after: FloatArray) -> Cont
 def impact_inputs(
     impacts: Impacts, moments: Moments, contact: Contact, speed: SpeedCoordinate
 ) -> FloatArray:
-    """Compute the inputs of impacts, and the directions of their tilts, (n, 11).
+    """Compute the inputs of impacts, and their directions, (n, 13).
 
     The inputs are sqrt(alpha1), the coordinate of the speed V q of the contact, three numbers of
     the vector sigma, the slip (cos alpha1 + rho s_z)/q,
@@ -280,14 +280,17 @@ def impact_inputs(
     along its path has s_z alone, and leaves rolling by tilts of its spin of a few hundredths, which
     the roots spread.
 
-    The directions are s_x/(|s| A) and s_y/(|s| A) of ellipsoids with a spin, and 0 of others: the
-    outcomes in units of A depend on them, however small A is.
+    The directions are s_x/(|s| A), s_y/(|s| A), (1 - kappa)/A and
+    sin a/(sin^2 a + `RISE` epsilon^2 |s|^2)^(1/2) of ellipsoids with a spin, and 0 of others: the
+    outcomes in units of A depend on the first three, however small A is, and p_v on the last one.
     """
     size, kappa = contact.spin, contact.kappa
     core = SPIN_CORE / np.where(size > 0.0, size, 1.0)
     sigma = impacts.spin * (core + 1.0 / np.sqrt(np.sqrt(1.0 + size * size)))[:, None]
     sigma[:, :2] /= np.sqrt(np.abs(sigma[:, :2]) + TILT_CORE)
-    per_tilt = contact.mirrored / (contact.tilt * np.where(size > 0.0, size, 1.0))
+    per_tilt = contact.mirrored / contact.tilt
+    directions = impacts.spin[:, :2] * (per_tilt / np.where(size > 0.0, size, 1.0))[:, None]
+    towards = contact.mirrored * np.sin(impacts.alpha1) / (contact.rise * contact.speed)
     return np.column_stack(
         [
             np.sqrt(impacts.alpha1),
@@ -296,7 +299,9 @@ def impact_inputs(
             contact.slip / contact.speed,
             np.log((kappa + PLACE_CORE) / (1.0 - kappa + PLACE_CORE)),
             np.sqrt(1.0 - impacts.grain[:, 1:]),
-            impacts.spin[:, :2] * per_tilt[:, None],
+            directions,
+            (1.0 - kappa) * per_tilt,
+            towards,
         ]
     )
 
@@ -455,7 +460,7 @@ def normal_work_outcome(works: FloatArray) -> FloatArray:
 
 
 def features(t: FloatArray, dtype: DTypeLike = np.float64) -> NDArray[Any]:
-    """Compute the features of standardised inputs and of directions (n, 11): (n, 57) of a type.
+    """Compute the features of standardised inputs and of directions (n, 13): (n, 59) of a type.
 
     The features are 1, the inputs t_i, the products t_i t_j for i < j, t_i^2 - 1/2, and directions.
     """
@@ -468,7 +473,7 @@ def features(t: FloatArray, dtype: DTypeLike = np.float64) -> NDArray[Any]:
 
 
 def used_features(varies: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Find which of the 57 features are not constant, from which inputs and directions vary."""
+    """Find which of the 59 features are not constant, from which inputs and directions vary."""
     i, j = _PAIRS
     inputs, directions = varies[:N_INPUTS], varies[N_INPUTS:]
     return np.concatenate([[True], inputs, varies[i] & varies[j], directions])

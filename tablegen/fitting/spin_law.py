@@ -302,7 +302,7 @@ def _take_columns(parts: list[Any]) -> list[NDArray[Any]]:
 def _draw_conditions(
     config: Config, draw: Draw, count: int, rng: np.random.Generator
 ) -> tuple[LeafConditions, NDArray[np.float32]]:
-    """Draw the conditions of a whole tree, and their folded inputs (n, 11)."""
+    """Draw the conditions of a whole tree, and their folded inputs (n, 13)."""
     batches = math.ceil(count / _BATCH)
     impacts_by_batch = (draw(math.ceil(count / batches), batch) for batch in range(batches))
     parts = [_rounded_conditions(config, impacts, rng) for impacts in impacts_by_batch]

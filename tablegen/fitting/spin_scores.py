@@ -24,11 +24,11 @@ from sampler.formats.bounds import (
 class StoredExperts(NamedTuple):
     """Experts of a leaf as a file stores them: 8 groups of 8, for 7 outcomes, or 8 with works."""
 
-    #: (57, 8): logits of the groups.
+    #: (59, 8): logits of the groups.
     group_gate: NDArray[np.int16]
-    #: (8, 57, 8): logits of the experts of each group.
+    #: (8, 59, 8): logits of the experts of each group.
     gate: NDArray[np.int16]
-    #: (64, 57, outcomes)
+    #: (64, 59, outcomes)
     mean: NDArray[np.int16]
     #: (64, 28 or 36): lower triangles, row by row.
     factor: NDArray[np.int16]
@@ -37,7 +37,7 @@ class StoredExperts(NamedTuple):
 def bounded_scores(
     stored: StoredExperts, features: NDArray[np.float32], rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Draw a bounded score of each outcome, (n, outcomes), at features (n, 57).
+    """Draw a bounded score of each outcome, (n, outcomes), at features (n, 59).
 
     A score x of an expert is bounded by x / sqrt(1 + x^2 / SCORE_MAX^2).
     """

@@ -56,7 +56,7 @@ class Leaf(NamedTuple):
     inside: NDArray[np.bool_]
 
 
-#: Inputs of all conditions, and directions, (n, 11).
+#: Inputs of all conditions, and directions, (n, 13).
 Inputs = FloatArray | NDArray[np.float32]
 #: Function that simulates the outcomes, (m, d), at the conditions with given row numbers, (m,).
 Outcomes = Callable[[NDArray[np.int64]], FloatArray]
@@ -80,7 +80,7 @@ def grow_tree(
 
     Parameters
     ----------
-    inputs : (n, 11) float64 or float32
+    inputs : (n, 13) float64 or float32
         Inputs and directions of `tablegen.fitting.spin_coordinates`, folded by `reflect`.
     outcomes : callable
         Simulates one rebound at each of the conditions with row numbers (m,), and returns the

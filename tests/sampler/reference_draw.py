@@ -289,8 +289,13 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     t = (np.array([*q, *roots]) - contents["spin/centre"][leaf]) * contents["spin/scale"][leaf]
     products = [t[i] * t[j] - 0.5 * (i == j) for i in range(9) for j in range(i, 9)]
     across = (spin[0] ** 2 + spin[1] ** 2) / size**2 if size else 0.0
-    tilt, mirrored = math.sqrt(across + (1.0 - kappa) ** 2 / 4.0 + 1e-6), grain[0] == 0 and size
-    directions = spin[:2] / (size * tilt) if mirrored else np.zeros(2)
+    tilt, mirrored = math.sqrt(across + 1e-6) + 1.0 - kappa, grain[0] == 0 and size
+    scatter = square - slip**2 - (distance * spin[0]) ** 2 - math.sin(alpha) ** 2
+    rise = math.sqrt(math.sin(alpha) ** 2 + 8.0 * scatter)
+    directions = np.zeros(4)
+    if mirrored:
+        tilted = [*(spin[:2] / size), 1.0 - kappa]
+        directions = np.array([*tilted, tilt * math.sin(alpha) / rise]) / tilt
     features = np.array([1.0, *t, *products, *directions])
     # 4. expert
     group = _chosen(features @ (contents["spin/group_gate"][leaf] / 512.0), w[0])
@@ -320,8 +325,7 @@ def reference_spin_draw(contents, alpha1, speed, spin, inertia, grain, words):
     rest /= math.sqrt(energy)
     if mirrored:
         x[3:5] *= tilt
-        scatter = square - slip**2 - (distance * spin[0]) ** 2 - math.sin(alpha) ** 2
-        x[1] *= math.sqrt((math.sin(alpha) ** 2 + 8.0 * scatter) / square)
+        x[1] *= rise / math.sqrt(square)
         x[2] = tilt * x[2] - slip * distance * spin[0] / square * x[0]
     sphere, out_of_round = None, min(1.0, 2.0 * (1.0 - grain[1] * grain[2]) + 0.02)
     if "spin/laws" in contents.datasets and grain[0] == 0 and not size:

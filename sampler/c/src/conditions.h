@@ -232,6 +232,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_contact(size_t m, const double *angle, rbt
         const double aside = mirrored ? per_energy : apart;
         d->rise[r] = mirrored ? sqrt(v[r] * v[r] + RBTI_RISE * scatter) / q : 1.0;
         d->slide[r] = mirrored ? -ahead * across / (q * q) : 0.0;
+        d->direction[3 * m + r] = mirrored ? v[r] / (d->rise[r] * q) : 0.0;
         d->base[r] = aside * root * x * cosine;
         d->base[m + r] = aside * root * y;
         d->base[2 * m + r] = apart * (root * z * cosine - u[r] * sine);
@@ -293,8 +294,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
         const double scale = rbti_sigma_over_spin(covered) * shorter;
         const double tilt_x = rbti_tilt(scale * x), other = 1.0 - d->kappa[r];
         const double per_size = 1.0 / (square > 0.0 ? sqrt(square) : 1.0);
-        const double tilt = sqrt(rbti_square(x * per_size, y * per_size, 0.5 * other) +
-                                 RBTI_LEAST_TILT * RBTI_LEAST_TILT);
+        const double tilt = sqrt(rbti_square(x * per_size, y * per_size, RBTI_LEAST_TILT)) + other;
         const int mirrored = (table->population.shape_codes[d->shape[r]] == RBT_ELLIPSOID) & (square > 0.0);
         const double sign = rbti_mirror_sign(tilt_x, d->words[r], d->words[m + r]);
         flags[r] = rbti_spin_flags(table, d->alpha1[r], d->speed[r], root, square,
@@ -316,6 +316,7 @@ RBTI_INLINE RBT_DEVICE void rbti_fill_inputs(size_t m, const rbt_table *table, r
         d->side_unit[r] = mirrored ? tilt : 1.0;
         d->direction[r] = direction * x;
         d->direction[m + r] = direction * y;
+        d->direction[2 * m + r] = mirrored ? other / tilt : 0.0;
         place[r] = (float)((d->kappa[r] + RBTI_PLACE_CORE) / (1.0 - d->kappa[r] + RBTI_PLACE_CORE));
         place[r] = RBTI_LOG_2 * rbti_logarithm_to_two(place[r]);
     }

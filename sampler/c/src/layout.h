@@ -88,8 +88,8 @@ typedef struct rbti_header {
     DO(spin_spans, spin.spans, float, h->n_leaves, h->n_leaves, (uint64_t)h->n_outcomes * 2, 0)    \
     DO(spin_quantiles, spin.quantiles, uint16_t, h->n_leaves, h->n_leaves, (uint64_t)h->n_outcomes \
        * h->n_spin_knots, 0)                                                                       \
-    DO(group_gates, spin.group_gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)57 * 8, 0)      \
-    DO(gates, spin.gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)8 * 57 * 8, 0)              \
+    DO(group_gates, spin.group_gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)59 * 8, 0)      \
+    DO(gates, spin.gates, int16_t, h->n_leaves, h->n_leaves, (uint64_t)8 * 59 * 8, 0)              \
     DO(experts, spin.experts, int16_t, h->n_leaves, h->n_leaves, (uint64_t)64 *                    \
        rbti_expert_stride(h->n_outcomes), 8)                                                       \
     DO(laws, laws, double, h->n_law_parameters, h->n_law_parameters, 1, 0)

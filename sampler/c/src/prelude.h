@@ -148,8 +148,8 @@ extern "C" {
 /* numbers of the spin law, from sampler/formats/bounds.py */
 /* begin spin */
 #define RBTI_INPUTS 9
-#define RBTI_DIRECTIONS 2
-#define RBTI_FEATURES 57
+#define RBTI_DIRECTIONS 4
+#define RBTI_FEATURES 59
 #define RBTI_OUTCOMES 7
 #define RBTI_MOST_OUTCOMES 8
 #define RBTI_GROUPS 8

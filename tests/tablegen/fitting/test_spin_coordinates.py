@@ -375,11 +375,11 @@ def test_share_of_the_normal_work():
 
 
 def test_features_are_the_inputs_their_products_and_the_directions():
-    t = np.array([[2.0, -1.0, 0.5, 3.0, 0.0, -2.0, 5.0, 7.0, 11.0, 0.6, -0.8]])
+    t = np.array([[2.0, -1.0, 0.5, 3.0, 0.0, -2.0, 5.0, 7.0, 11.0, 0.6, -0.8, 0.1, 0.9]])
     products = [t[0, i] * t[0, j] - 0.5 * (i == j) for i in range(9) for j in range(i, 9)]
-    np.testing.assert_array_equal(features(t), [[1.0, *t[0, :9], *products, 0.6, -0.8]])
+    np.testing.assert_array_equal(features(t), [[1.0, *t[0, :9], *products, 0.6, -0.8, 0.1, 0.9]])
     assert features(t).shape == (1, N_FEATURES)
-    varies = np.zeros(11, dtype=bool)
+    varies = np.zeros(13, dtype=bool)
     varies[[0, 1, 7, 10]] = True
     # 1, three inputs, the six products of two of these, and a direction
     used = [0, 1, 2, 8, 10, 11, 17, 19, 25, 52, 56]
