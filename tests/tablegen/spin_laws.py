@@ -80,10 +80,10 @@ def tilted_departures(config, code, tilt):
 
 
 def folded_inputs(n, rng, spinning=True):
-    """Inputs of the spin law, (n, 11), uniform over what conditions have after the fold."""
-    low = [0.03, 0.0, 0.0, -2.0, -2.0, -1.0, -3.5, 0.5, 0.5, 0.0, -1.0]
-    high = [1.25, 0.7, 2.0, 2.0, 2.0, 1.0, 3.5, 1.0, 1.0, 1.0, 1.0]
-    inputs = rng.uniform(low, high, (n, 11))
+    """Inputs of the spin law, (n, 13), uniform over what conditions have after the fold."""
+    low = [0.03, 0.0, 0.0, -2.0, -2.0, -1.0, -3.5, 0.5, 0.5, 0.0, -1.0, 0.0, 0.0]
+    high = [1.25, 0.7, 2.0, 2.0, 2.0, 1.0, 3.5, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    inputs = rng.uniform(low, high, (n, 13))
     inputs[:, 2 : len(CONDITIONS)] *= spinning
     inputs[:, N_INPUTS:] *= spinning
     return inputs

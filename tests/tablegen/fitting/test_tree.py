@@ -34,7 +34,7 @@ def grow(inputs, leaf_count, outcomes=None):
 
 
 def find_leaves(tree, inputs):
-    """Find the leaf numbers, (n,), of folded inputs (n, 11), as a draw finds them."""
+    """Find the leaf numbers, (n,), of folded inputs (n, 13), as a draw finds them."""
     square = np.sum(inputs[:, 2:5] ** 2, axis=1)
     ratios = inputs[:, N_CONDITIONS:N_INPUTS]
     values = np.column_stack([inputs[:, :N_CONDITIONS], square, ratios])
