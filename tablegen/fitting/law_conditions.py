@@ -416,8 +416,10 @@ def _occurring_impacts(
         kappa = kappa_from_inertia(np.where(spins, inertia, moments.largest), moments)
         return impacts, kappa[spins]
 
-    firsts = np.cumsum([0, *(kind.hits for kind in kinds)])
-    chains = [simulate_chains(kind, int(first)) for kind, first in zip(kinds, firsts, strict=False)]
+    chains, first = [], 0
+    for kind in kinds:
+        chains.append(simulate_chains(kind, first))
+        first += kind.hits
     impacts, kappa = join_impacts([some for some, _ in chains]), chains[0][1]
     spins = (impacts.inertia > 0.0) & (np.square(impacts.spin).sum(axis=1) > 0.0)
     rows = rng.permutation(np.flatnonzero(spins))
