@@ -76,6 +76,8 @@ class Chains(NamedTuple):
     #: Their weight among the impacts of chains.
     weight: float
     hits: int
+    #: The impact of one hit in this many is taken, so that the impacts are of more grains.
+    every: int
     #: Shares of the chains on one wall, between two opposite walls, and on walls of any direction.
     walls: dict[int, float]
     #: Share of those on one or two walls in which the gas makes up for what a hit takes from the
@@ -88,10 +90,11 @@ class Chains(NamedTuple):
 _ALL_WALLS = {SAME_WALL: 0.42, OPPOSITE_WALL: 0.28, ANY_WALL: 0.3}
 
 #: Nearly round grains settle within a hundred hits. Grains of other shapes do not settle, so their
-#: chains are of the first two kinds.
-SHORT_CHAINS = Chains(0.3, 5, _ALL_WALLS, along_wall=0.5, rounder=0.0)
-LONG_CHAINS = Chains(0.4, 120, _ALL_WALLS, along_wall=0.5, rounder=0.3)
-SETTLED_CHAINS = Chains(0.3, 400, {SAME_WALL: 1.0}, along_wall=0.3, rounder=1.0)
+#: chains are of the first two kinds. A chain has one grain, and its impacts are alike: of long ones
+#: not all are taken, or too few grains would decide what the law says of those that settle.
+SHORT_CHAINS = Chains(0.3, 5, 1, _ALL_WALLS, along_wall=0.5, rounder=0.0)
+LONG_CHAINS = Chains(0.4, 121, 4, _ALL_WALLS, along_wall=0.5, rounder=0.3)
+SETTLED_CHAINS = Chains(0.3, 101, 4, {SAME_WALL: 1.0}, along_wall=0.3, rounder=1.0)
 
 #: Range of the exponents by which the gas of such a chain slows down the spin from hit to hit, and
 #: the part of it by which the velocity towards the wall gets slower. Of a sphere in Stokes's drag
@@ -247,7 +250,7 @@ def chain_impacts(
     Returns
     -------
     impacts : Impacts
-        All impacts but the first one of each chain, hit after hit.
+        Impacts of one hit in ``kind.every`` of each grain, hit after hit, without its first hit.
     inertia : (m,) float64
         Inertia of each grain after its first hit; 0 if it does not spin.
     """
@@ -271,7 +274,7 @@ def chain_impacts(
         effective = speed * np.where(keeps_speed, factor, 1.0)
         impacts = impacts._replace(alpha1=alpha)
         impacts = _at_speed(impacts, impacts.spin, impacts.inertia, effective, domain)
-        impacts_by_hit.append(impacts)
+        impacts_by_hit.append(impacts.select(slice(hit % kind.every, None, kind.every)))
     return join_impacts(impacts_by_hit), inertia_after_first
 
 
@@ -404,7 +407,7 @@ def _occurring_impacts(
     weights = sum(kind.weight for kind in kinds)
 
     def simulate_chains(kind: Chains, first: int) -> tuple[Impacts, FloatArray]:
-        size = math.ceil(kind.weight / weights * count / (kind.hits - 1))
+        size = math.ceil(kind.weight / weights * count / (kind.hits - 1) * kind.every)
         grains = draw_grains(population, shape_code, size, rng)
         if settle:
             grains = _rounder(grains, population, kind.rounder, rng)
