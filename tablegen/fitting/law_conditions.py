@@ -90,8 +90,8 @@ class Chains(NamedTuple):
 _ALL_WALLS = {SAME_WALL: 0.42, OPPOSITE_WALL: 0.28, ANY_WALL: 0.3}
 
 #: Nearly round grains settle within a hundred hits. Grains of other shapes do not settle, so their
-#: chains are of the first two kinds. A chain has one grain, and its impacts are alike: of long ones
-#: not all are taken, or too few grains would decide what the law says of those that settle.
+#: chains are of the first two kinds. The impacts of a chain are of one grain, and alike. So long
+#: chains give one impact in four: otherwise too few grains would decide where grains settle.
 SHORT_CHAINS = Chains(0.3, 5, 1, _ALL_WALLS, along_wall=0.5, rounder=0.0)
 LONG_CHAINS = Chains(0.4, 121, 4, _ALL_WALLS, along_wall=0.5, rounder=0.3)
 SETTLED_CHAINS = Chains(0.3, 101, 4, {SAME_WALL: 1.0}, along_wall=0.3, rounder=1.0)
