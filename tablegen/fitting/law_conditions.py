@@ -91,7 +91,7 @@ _ALL_WALLS = {SAME_WALL: 0.42, OPPOSITE_WALL: 0.28, ANY_WALL: 0.3}
 
 #: Nearly round grains settle within a hundred hits. Grains of other shapes do not settle, so their
 #: chains are of the first two kinds. The impacts of a chain are of one grain, and alike. So long
-#: chains give one impact in four: otherwise too few grains would decide where grains settle.
+#: chains give one impact in four, and the impacts are of four times as many grains.
 SHORT_CHAINS = Chains(0.3, 5, 1, _ALL_WALLS, along_wall=0.5, rounder=0.0)
 LONG_CHAINS = Chains(0.4, 121, 4, _ALL_WALLS, along_wall=0.5, rounder=0.3)
 SETTLED_CHAINS = Chains(0.3, 101, 4, {SAME_WALL: 1.0}, along_wall=0.3, rounder=1.0)
@@ -250,7 +250,8 @@ def chain_impacts(
     Returns
     -------
     impacts : Impacts
-        Impacts of one hit in ``kind.every`` of each grain, hit after hit, without its first hit.
+        The impact of one hit in ``kind.every`` of each grain, hit after hit. The first hit of a
+        chain is left out.
     inertia : (m,) float64
         Inertia of each grain after its first hit; 0 if it does not spin.
     """

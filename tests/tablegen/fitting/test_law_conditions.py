@@ -60,14 +60,18 @@ def spread():
     )
 
 
+def chains_of_prisms(every):
+    """Simulate twenty-one hits of each of 200 prisms, and take one impact in ``every``."""
+    rng = np.random.default_rng(2)
+    grains = draw_grains(CONFIG.population, PRISM, N // 20, rng)
+    kind = LONG_CHAINS._replace(hits=21, every=every)
+    return chain_impacts(DirectModel(CONFIG), DOMAIN, grains, kind, int, rng)
+
+
 @pytest.fixture(scope="module")
 def chains():
     """Twenty impacts of each of 200 prisms, hit after hit."""
-    rng = np.random.default_rng(2)
-    grains = draw_grains(CONFIG.population, PRISM, N // 20, rng)
-    return chain_impacts(
-        DirectModel(CONFIG), DOMAIN, grains, LONG_CHAINS._replace(hits=21, every=1), int, rng
-    )
+    return chains_of_prisms(every=1)
 
 
 def check_range(impacts):
@@ -148,10 +152,7 @@ class TestChains:
         np.testing.assert_array_equal(impacts.grain[: N // 20], impacts.grain[-N // 20 :])
 
     def test_give_some_of_their_impacts_and_as_many_of_each_grain(self, chains):
-        rng = np.random.default_rng(2)
-        grains = draw_grains(CONFIG.population, PRISM, N // 20, rng)
-        kind = LONG_CHAINS._replace(hits=21, every=4)
-        some, _ = chain_impacts(DirectModel(CONFIG), DOMAIN, grains, kind, int, rng)
+        some, _ = chains_of_prisms(every=4)
         np.testing.assert_array_equal(np.bincount(some.index.astype(int)), np.full(N // 20, 5))
         everything = {tuple(spin) for spin in chains[0].spin}
         assert all(tuple(spin) in everything for spin in some.spin)
